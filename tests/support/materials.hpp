@@ -9,6 +9,7 @@
 #include <firn/core/pack.hpp>
 #include <firn/data/particle_view.hpp>
 #include <firn/material/concept.hpp>
+#include <firn/math/principal_axes.hpp>
 
 namespace materials {
 
@@ -255,7 +256,7 @@ void check_nan(const M& model) {
 template <class T, int D>
 void check_upright(const Mat<T, D>& F, double low, double high) {
     CHECK(determinant(F) > 0);
-    const Vec<T, D> stretches = left_singular(F).values * left_singular(F).scale;
+    const Vec<T, D> stretches = principal_stretches(F).stretches;
     for (int i = 0; i < D; ++i) {
         CHECK(stretches[i] > low);
         CHECK(stretches[i] < high);

@@ -198,7 +198,8 @@ public:
         }
     }
 
-    /// Computes the weights and positions of the particles of one pack, and stores them in `pack`.
+    /// Computes the weights and positions of the particles of one pack, and stores them in `pack`. Prefetches the nodes
+    /// of spray.
     /// \param slot  first slot of the pack, counted from the group's first slot
     template <class Pack, class View>
     FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {

@@ -41,12 +41,15 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>::template vectors<D>(memory.data());
 }
 
-/// Interpolates the node velocities of a layer of the grid to every particle of a group: writes Σ N_i v_i to
-/// `velocity`, with the weights N_i and the velocities v_i of the nodes around the particle.
-template <class Kernel, class View, class Field, std::floating_point S, int D>
+/// Layer of the grid that holds v_j, the sum of the first j terms of FMPM's series.
+inline constexpr std::size_t layer_of_sum = 2;
+
+/// Interpolates the velocities of layer_of_sum to every particle of a group: stores Σ N_i v_i as the particle's
+/// velocity, with the weights N_i and the velocities v_i of the nodes around the particle.
+template <class Kernel, class View, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, const GroupPlaces<View>& places,
-                       const SparseGrid<S, D>& grid, std::size_t layer, const Field& velocity) {
-    const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer);
+                       const SparseGrid<S, D>& grid) {
+    const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer_of_sum);
     PackPlaces<Kernel, false, S, D> pack;
     PackSums<Kernel, false, false, S, D> sums;
     using P = native_pack<S>;
@@ -55,7 +58,7 @@ void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, co
         nodes.template gather<0>(pack, sums, places, slot);
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
             const Vec<P, D> v = sums.lanes(lane).velocity;
-            unroll<D>([&](auto a) { velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
+            unroll<D>([&](auto a) { set.view.velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
         }
     }
 }
@@ -69,16 +72,6 @@ template <class Execution, std::floating_point S, int D, std::derived_from<Mirro
 void velocities_of_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors) {
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
     mirror_nodes(execution, grid, mirrors, false);
-}
-
-/// Transfers the particles' velocities to the nodes, without any force. Afterwards the grid holds the velocity of each
-/// node.
-template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
-          class... Views>
-void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors,
-                         const ParticleSet<Views>&... sets) {
-    p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, sets...);
-    velocities_of_momenta(execution, grid, mirrors);
 }
 
 /// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
@@ -117,34 +110,27 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
-/// Interpolates the velocities of layer 2 of the grid to the particles, and transfers these to the nodes.
-/// \param sets   the sets of particles
-/// \param taken  the same sets; the velocities of their views are memory for the interpolated velocities
+/// Interpolates the velocities of layer_of_sum to the particles, and transfers their momenta to the nodes.
+/// \param sets  the sets of particles; the velocities of their views are memory for the interpolated velocities
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void there_and_back(const Execution& execution, SparseGrid<S, D>& grid, int threads,
-                    const std::tuple<const ParticleSet<Views>&...>& sets,
-                    const std::tuple<ParticleSet<Views>...>& taken) {
-    const auto gather = [&](const auto& set, const auto& field) {
-        using View = std::remove_cvref_t<decltype(set.view)>;
+                    const ParticleSet<Views>&... sets) {
+    const auto gather = [&]<class View>(const ParticleSet<View>& set) {
         const Positions<View> positions(grid.domain());
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
             const BlockGroup& group = set.partition.groups[g];
-            gather_velocities<Kernel>(set, group, GroupPlaces<View>(set.view, set.partition, group, positions), grid, 2,
-                                      field);
+            gather_velocities<Kernel>(set, group, GroupPlaces<View>(set.view, set.partition, group, positions), grid);
         });
     };
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
-        (gather(std::get<I>(sets), std::get<I>(taken).view.velocity), ...);
-        p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, std::get<I>(taken)...);
-    }(std::index_sequence_for<Views...>{});
+    (gather(sets), ...);
+    p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, sets...);
 }
 
-/// Interpolates the velocities of a layer of the grid to the particles of a group, and scatters their momenta to
-/// `nodes`, both through an arena and with the same weights.
+/// Interpolates the velocities of layer_of_sum to the particles of a group, and scatters their momenta to the nodes,
+/// both through an arena and with the same weights.
 template <class Kernel, class View, std::floating_point S, int D>
 [[gnu::noinline]] void there_and_back_by_arenas(const ParticleSet<View>& set, const BlockGroup& group,
-                                                const GroupPlaces<View>& places, const SparseGrid<S, D>& grid,
-                                                std::size_t layer, S* nodes) {
+                                                const GroupPlaces<View>& places, SparseGrid<S, D>& grid) {
     using Sums = FloatSums<S>;
     using Rows = ArenaRows<Sums, Kernel, S, D>;
     using P = native_pack<S>;
@@ -156,7 +142,7 @@ template <class Kernel, class View, std::floating_point S, int D>
     };
     const ArenaBox<D> box = places.template box<Kernel>(group);
     if (box.strays) throw_strays();
-    const NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer);
+    const NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer_of_sum);
     Arena<Kernel, S, D> arena;
     arena.clear(group, box);
     Pack pack;
@@ -176,31 +162,27 @@ template <class Kernel, class View, std::floating_point S, int D>
             [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, arena.n, corner); },
             [](std::ptrdiff_t, int) {});
     }
-    add_arena<S, Sums>(arena, nodes, BlocksAround<D>(grid, set.partition, group), box);
+    add_arena<S, Sums>(arena, grid.nodes(0), BlocksAround<D>(grid, set.partition, group), box);
 }
 
 /// Does the work of there_and_back() for Coloured and transfers without an affine field, with the same bits: each group
 /// of particles goes there and back at once.
 template <class Kernel, class Transfer, std::floating_point S, int D, class... Views>
-void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const std::tuple<const ParticleSet<Views>&...>& sets,
-                              const std::tuple<ParticleSet<Views>...>& taken) {
+void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const ParticleSet<Views>&... sets) {
     clear(grid.nodes(0), node_width, grid, threads);
-    const auto scatter = [&](const auto& set, const auto& taken_set) {
-        using View = std::remove_cvref_t<decltype(set.view)>;
+    const auto scatter = [&]<class View>(const ParticleSet<View>& set) {
         if (is_silent(set)) return;
         const Positions<View> positions(grid.domain());
-        const ParticleReader<View> reader(taken_set.view, grid.domain(), 0);
+        const ParticleReader<View> reader(set.view, grid.domain(), 0);
         for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int) {
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            if (!group.is_spray()) return there_and_back_by_arenas<Kernel>(set, group, places, grid, 2, grid.nodes(0));
-            gather_velocities<Kernel>(set, group, places, grid, 2, taken_set.view.velocity);
+            if (!group.is_spray()) return there_and_back_by_arenas<Kernel>(set, group, places, grid);
+            gather_velocities<Kernel>(set, group, places, grid);
             scatter_spray<Kernel, Transfer, NoForceNoField>(reader, places, set.partition, group, grid, FloatSums<S>{},
                                                             grid.nodes(0));
         });
     };
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
-        (scatter(std::get<I>(sets), std::get<I>(taken)), ...);
-    }(std::index_sequence_for<Views...>{});
+    (scatter(sets), ...);
 }
 
 /// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.
@@ -222,23 +204,20 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
     }
     keep_in_layer(grid, 1, threads);
     for (int j = 1; j < transfer.order; ++j) {
-        const auto back = [&]<std::size_t... I>(std::index_sequence<I...>) {
-            const auto as_taken = [&](const auto& set, std::size_t i) {
-                auto taken = set;
-                taken.view.velocity = vectors_like(set.view, memory.velocities[i], set.partition.slots(), threads);
-                return taken;
-            };
-            const auto own = std::tie(sets...);
-            const std::tuple taken{as_taken(sets, I)...};
-            if constexpr (std::same_as<Execution, Coloured> && !Transfer::affine)
-                there_and_back_by_groups<Kernel, Transfer>(grid, threads, own, taken);
-            else
-                there_and_back<Kernel, Transfer>(execution, grid, threads, own, taken);
+        const auto with_memory = [&](const auto& set, std::size_t i) {
+            auto taken = set;
+            taken.view.velocity = vectors_like(set.view, memory.velocities[i], set.partition.slots(), threads);
+            return taken;
         };
-        grid.exchange(2, threads);  // layer 2 then holds v_j
-        back(std::index_sequence_for<Views...>{});
+        grid.exchange(layer_of_sum, threads);
+        [&]<std::size_t... I>(std::index_sequence<I...>) {
+            if constexpr (std::same_as<Execution, Coloured> && !Transfer::affine)
+                there_and_back_by_groups<Kernel, Transfer>(grid, threads, with_memory(sets, I)...);
+            else
+                there_and_back<Kernel, Transfer>(execution, grid, threads, with_memory(sets, I)...);
+        }(std::index_sequence_for<Views...>{});
         velocities_of_momenta(execution, grid, mirrors);
-        const S *const first = grid.layer(1), *const last = grid.layer(2);
+        const S *const first = grid.layer(1), *const last = grid.layer(layer_of_sum);
         const bool is_last = j + 1 == transfer.order;
         for_nodes(grid, threads, [&](S* node, std::size_t i) {
             P r[4], of_first[4], of_last[4];
@@ -270,7 +249,8 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mir
     if constexpr (blends_velocities<Transfer>) {
         const int workers = thread_count(requested_threads(execution));
         parallel_region(workers, [&] {
-            detail::transfer_velocities<Kernel, Transfer>(execution, grid, mirrors, sets...);
+            p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets...);
+            detail::velocities_of_momenta(execution, grid, mirrors);
             grid.exchange(1, workers);
         });
     }

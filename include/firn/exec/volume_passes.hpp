@@ -47,6 +47,7 @@ struct RateView {
 struct RateTransfer {
     static constexpr bool affine = false, ignores_given_scales = true;
 };
+
 /// Layer of the grid that holds the nodes' sums while the averages are in the nodes. FLIP uses layer 1.
 template <class Transfer>
 inline constexpr std::size_t volume_layer = blends_velocities<Transfer> ? 2 : 1;

@@ -253,7 +253,7 @@ private:
             determinant = firn::determinant(F);
             const S J = named("J", max(determinant, S(1e-18)));
             log_J = log(J);
-            const S scale = exp(S(-2. / D) * log_J);
+            const S scale = isochoric<D>(determinant);
             mean = named("mean", trace(b) * S(1. / D) * scale);
             deviator = b * scale - Mat<S, D>::diagonal(mean);
             pressure = named("p", S(0.5) * (S(1) - J * J));
@@ -261,7 +261,7 @@ private:
     };
     /// Returns J^{−2/D}; a J below 1e-18 is replaced by 1e-18.
     template <int D>
-    FIRN_INLINE S isochoric(const S& J) const {
+    FIRN_INLINE static S isochoric(const S& J) {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
     /// Returns the number t for which det(t I + e) = 1, where e is symmetric and tr e = 0. In 2D there is a formula. In

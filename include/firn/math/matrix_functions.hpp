@@ -104,59 +104,43 @@ constexpr std::array<double, highest + 1> series_of_stretch_ratio() {
     return c;
 }
 
-/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
-/// principal stretches.
+/// Computes the logarithmic strain of F in principal axes.
 template <class S, int D>
-struct HenckyStrain {
-    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
-    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
-};
-/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
-/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
-template <class S, int D>
-FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
-    const Principal<S, D> p = principal_stretches(F);
-    HenckyStrain<S, D> hencky;
-    hencky.directions = p.directions;
-    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
-    return hencky;
+[[gnu::noinline]] void strain_in_principal_axes(const Mat<S, D>& F, Mat<S, D>& strain) {
+    const Principal<S, D> own = principal_stretches(F);
+    Vec<S, D> principal;
+    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(own.stretches.v[i], S(1e-6))); });
+    strain = spectral(own.directions, principal);
 }
 
-/// Computes the logarithmic strain of F by left_singular().
-template <class S, int D>
-[[gnu::noinline]] void logarithmic_strain_by_jacobi(const Mat<S, D>& F, Mat<S, D>& strain) {
-    const HenckyStrain<S, D> hencky = hencky_strain(F);
-    strain = spectral(hencky.directions, hencky.strain);
-}
-/// Returns the matrix X for which F + X F has the principal stretches σ′ in place of its own, σ: X = U diag(σ′/σ − 1)
-/// Uᵀ, where U are the principal directions of F. If F is inverted (det F < 0), F + X F is upright. For |σ| below 1e-9
-/// the divisor is 1e-9.
-template <class S, int D>
-FIRN_INLINE Mat<S, D> change_to(const Principal<S, D>& own, const Vec<S, D>& stretches) {
-    Vec<S, D> change;
-    unroll<D>([&](auto i) FIRN_LAMBDA {
-        const S sigma = own.stretches.v[i];
-        change.v[i] = stretches.v[i] / select(abs(sigma) < S(1e-9), S(1e-9), sigma) - S(1);
-    });
-    return spectral(own.directions, change);
-}
-/// Computes the matrix X of strained_by(F, A) = F + X F by left_singular().
-template <class S, int D>
-[[gnu::noinline]] void change_of_strain_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& A, Mat<S, D>& change) {
+/// Computes the matrix X for which F + X F has other principal stretches σ′ than F (σ): X = U diag(σ′/σ − 1) Uᵀ, where
+/// U are the principal directions of F. If F is inverted (det F < 0), F + X F is upright. For |σ| below 1e-9 the
+/// divisor is 1e-9.
+/// \param A        a symmetric matrix with the principal directions of FFᵀ
+/// \param stretch  stretch(a, σ) returns σ′, for the principal value a of A and the principal stretch σ of F
+template <class S, int D, class Stretch>
+[[gnu::noinline]] void change_in_principal_axes(const Mat<S, D>& F, const Mat<S, D>& A, const Stretch& stretch,
+                                                Mat<S, D>& change) {
     const Principal<S, D> own = principal_stretches(F);
     const Mat<S, D> turned = transpose(own.directions) * A * own.directions;
-    Vec<S, D> stretches;
-    unroll<D>([&](auto i) FIRN_LAMBDA { stretches.v[i] = exp(turned(i, i)) * max(own.stretches.v[i], S(1e-6)); });
-    change = change_to(own, stretches);
+    Vec<S, D> principal;
+    unroll<D>([&](auto i) FIRN_LAMBDA {
+        const S sigma = own.stretches.v[i];
+        principal.v[i] = stretch(turned(i, i), sigma) / select(abs(sigma) < S(1e-9), S(1e-9), sigma) - S(1);
+    });
+    change = spectral(own.directions, principal);
 }
-/// Computes the matrix X of stretched_to(F, b, J, b′) = F + X F by left_singular().
-template <class S, int D>
-[[gnu::noinline]] void change_of_stretch_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& to, Mat<S, D>& change) {
-    const Principal<S, D> own = principal_stretches(F);
-    const Mat<S, D> turned = transpose(own.directions) * to * own.directions;
-    Vec<S, D> stretches;
-    unroll<D>([&](auto i) FIRN_LAMBDA { stretches.v[i] = sqrt(max(turned(i, i), S(0))); });
-    change = change_to(own, stretches);
+
+/// Returns F + X F. In the lanes of `rare`, X is that of change_in_principal_axes(); in all others it is `change`.
+template <class S, int D, class Mask, class Stretch>
+FIRN_INLINE Mat<S, D> changed(const Mat<S, D>& F, Mat<S, D> change, const Mask& rare, const Mat<S, D>& A,
+                              const Stretch& stretch) {
+    if (any(rare)) [[unlikely]] {
+        Mat<S, D> sure;
+        change_in_principal_axes(F, A, stretch, sure);
+        change = select(rare, sure, change);
+    }
+    return F + change * F;
 }
 
 }  // namespace detail
@@ -164,10 +148,10 @@ template <class S, int D>
 /// Returns the logarithmic strain (Hencky strain) ½ ln(FFᵀ) of a deformation gradient F [1]. It is exactly symmetric.
 ///
 /// A principal stretch below 1e-6, also a negative one, is replaced by 1e-6. The error is at most 10 ε (measured: 5.1
-/// ε) where all principal strains are below 0.4, elsewhere that of left_singular().
+/// ε) where all principal strains are below 0.4, elsewhere that of principal_stretches().
 ///
 /// With b = FFᵀ and z = (b − I)(b + I)⁻¹ the strain is artanh z. Where ‖z‖ exceeds 0.4, or where det F is not positive,
-/// F is decomposed by Jacobi rotations, which take some ten times as long.
+/// it is computed in principal axes, which takes longer.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
@@ -181,7 +165,7 @@ FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
     const auto rare = !(near & upright);  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
-        detail::logarithmic_strain_by_jacobi(F, sure);
+        detail::strain_in_principal_axes(F, sure);
         strain = select(rare, sure, strain);
     }
     return strain;
@@ -193,23 +177,19 @@ FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
 /// The result is computed as F + (exp(A) − I) F. So a small change has only the rounding errors of the sum, and the
 /// volume does not drift with many small changes without volume.
 ///
-/// Where ‖A‖ exceeds 0.4, or where det F is not positive, F is decomposed by Jacobi rotations. An inverted F becomes
+/// Where ‖A‖ exceeds 0.4, or where det F is not positive, it is computed in principal axes. An inverted F becomes
 /// upright: a principal stretch below 1e-6 is first replaced by 1e-6, as in logarithmic_strain().
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> strained_by(const Mat<S, D>& F, const Mat<S, D>& A) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     // Bound of ‖A‖. The series is cut off at 0.4⁸/8! = 2e-8; in double at 0.4¹⁴/14! = 3e-17.
     constexpr double most = 0.4;
-    Mat<S, D> change = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
+    const Mat<S, D> change = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
     const mask_t<S> near = squared_norm(A) < S(most * most);
     const mask_t<S> upright = S(0) < determinant(F);
     const auto rare = !(near & upright);  // includes NaN
-    if (any(rare)) [[unlikely]] {
-        Mat<S, D> sure;
-        detail::change_of_strain_by_jacobi(F, A, sure);
-        change = select(rare, sure, change);
-    }
-    return F + change * F;
+    return detail::changed(F, change, rare, A,
+                           [](const S& a, const S& sigma) FIRN_LAMBDA { return exp(a) * max(sigma, S(1e-6)); });
 }
 
 /// Returns the deformation gradient √(b′ b⁻¹) F, which has the left Cauchy–Green tensor b′.
@@ -217,8 +197,8 @@ FIRN_INLINE Mat<S, D> strained_by(const Mat<S, D>& F, const Mat<S, D>& A) {
 /// With z = (b′ − b)(b′ + b)⁻¹ the result is F + (√((I + z)(I − z)⁻¹) − I) F, a series in z. Where all principal
 /// strains are below 0.4, its error is at most 50 ε ‖F‖ (measured: 5 ε ‖F‖).
 ///
-/// Where ‖z‖ exceeds 0.25, where the principal stretches of F differ by a factor of about ten or more, or where det F
-/// is not positive, the result is computed in principal axes. An inverted F becomes upright.
+/// Where ‖z‖ exceeds 0.25, where the principal stretches of F differ by a factor of more than three to four (in 2D:
+/// ten), or where det F is not positive, the result is computed in principal axes. An inverted F becomes upright.
 /// \param b   the left Cauchy–Green tensor FFᵀ [1]
 /// \param J   det F [1]; if F is inverted, any number that is not positive
 /// \param to  b′ [1]: symmetric, with the principal directions of b
@@ -228,16 +208,12 @@ FIRN_INLINE Mat<S, D> stretched_to(const Mat<S, D>& F, const Mat<S, D>& b, const
     // Bound of ‖z‖. The series is cut off at 0.22 · 0.25¹² = 1e-8; in double at 0.16 · 0.25²⁶ = 4e-17.
     constexpr double most = 0.25;
     const Mat<S, D> z = detail::symmetric_product(to - b, detail::inverse_of_symmetric(to + b));
-    Mat<S, D> change = detail::polynomial_of(z, detail::series_of_stretch_ratio<single ? 11 : 25>());
+    const Mat<S, D> change = detail::polynomial_of(z, detail::series_of_stretch_ratio<single ? 11 : 25>());
     const mask_t<S> near = squared_norm(z) < S(most * most);
     const mask_t<S> round = detail::is_round(b, J);
     const auto rare = !(near & round);  // includes NaN
-    if (any(rare)) [[unlikely]] {
-        Mat<S, D> sure;
-        detail::change_of_stretch_by_jacobi(F, to, sure);
-        change = select(rare, sure, change);
-    }
-    return F + change * F;
+    return detail::changed(F, change, rare, to,
+                           [](const S& squared, const S&) FIRN_LAMBDA { return sqrt(max(squared, S(0))); });
 }
 
 }  // namespace firn

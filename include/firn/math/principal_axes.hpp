@@ -106,8 +106,8 @@ struct Principal {
 
 namespace detail {
 
-/// Returns whether F is upright and its principal stretches differ by a factor of less than about ten, so that b = FFᵀ
-/// determines all of them well: tr b < 5 J^{2/3}, in 2D tr b < 10 J.
+/// Returns whether F is upright and its principal stretches are so close that b = FFᵀ determines all of them well: tr b
+/// < 5 J^{2/3}, in 2D tr b < 10 J. They then differ by a factor of at most 3.9, in 2D 9.9.
 /// \param b  FFᵀ [1]
 /// \param J  det F [1]
 template <class S, int D>
@@ -137,8 +137,8 @@ FIRN_INLINE Principal<S, 2> principal_stretches(const Mat<S, 2>& F) {
 }
 /// Returns the principal stretches of a 3 × 3 deformation gradient F, and their directions in the deformed body.
 ///
-/// With V = U diag(σ) Uᵀ: ‖V² − FFᵀ‖ ≤ 20 ε ‖F‖² (measured: 7 ε ‖F‖²). Most lanes use principal_axes() of FFᵀ. Where
-/// the stretches differ by a factor of about ten or more, or det F is not positive, F is decomposed by Jacobi
+/// With V = U diag(σ) Uᵀ: ‖V² − FFᵀ‖ ≤ 20 ε ‖F‖² (measured: 8 ε ‖F‖²). Most lanes use principal_axes() of FFᵀ. Where
+/// the stretches differ by a factor of more than three to four, or det F is not positive, F is decomposed by Jacobi
 /// rotations.
 template <scalar S>
 FIRN_INLINE Principal<S, 3> principal_stretches(const Mat<S, 3>& F) {

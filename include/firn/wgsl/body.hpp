@@ -128,6 +128,7 @@ private:
                 add_run(selections);
             }
     }
+    /// Adds a run with these Op::select nodes, and finds the other nodes of it.
     void add_run(const std::vector<int>& selections) {
         const int r = int(runs_.size());
         for (int i = selections.front() - 1; i >= 0; --i) {

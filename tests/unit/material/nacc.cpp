@@ -71,6 +71,9 @@ TEMPLATE_TEST_CASE_SIG("each case of the return ends on the ellipse of the trial
                        ((int D), D), 2, 3) {
     const auto model = Nacc<double>::from_properties({});
     const double M = slope<D>(45), beta = 0.5, k = kappa<D>(model);
+    CHECK(model.critical_slope<D>() == Approx(M).epsilon(1e-14));
+    // ‖dev τ‖ = q/√((6 − D)/2) and tr τ = −D p.
+    CHECK(friction_slope<D>(model.friction_sine) * D * std::sqrt((6 - D) / 2.) == Approx(M).epsilon(1e-14));
     Random random(81);
     int crushed = 0, torn = 0, hardens = 0, softens = 0, elastic = 0;
     for (int trial = 0; trial < 4000; ++trial) {

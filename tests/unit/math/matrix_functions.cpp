@@ -59,10 +59,15 @@ Mat<T, D> stretched(Random& random, const std::function<double(int)>& stretch) {
     return cast<T>(F * random.rotation<D>());
 }
 
+/// The largest errors of logarithmic_strain() and stretched_to() [ε].
+struct Worst {
+    double strain = 0, by_b = 0;
+};
+
 /// Checks the functions for one F: with principal strains up to 0.4 to 10 ε, else as well as its singular values,
 /// of which each has an error up to 10 ε σ₀, determine them.
 template <class T, int D>
-void check(const Mat<T, D>& F, Random& random, double& worst, double& worst_by_b) {
+void check(const Mat<T, D>& F, Random& random, Worst& worst) {
     const Directions<T, D> of(F);
     const bool inverted = determinant(cast<double>(F)) < 0;
     Eigen::Matrix<Wide<T>, D, 1> strain;
@@ -78,7 +83,7 @@ void check(const Mat<T, D>& F, Random& random, double& worst, double& worst_by_b
     // Near σ = 1e-6 an error of σ decides whether σ is replaced.
     if (of.stretches[D - 1] > 20 * std::numeric_limits<T>::epsilon() * of.stretches[0] || inverted)
         REQUIRE(off <= (is_small ? 10 : 20 * ratio * (1 + double(strain.cwiseAbs().maxCoeff()))));
-    if (is_small && !inverted) worst = std::max(worst, off);
+    if (is_small && !inverted) worst.strain = std::max(worst.strain, off);
 
     if (inverted) return;
     // A change of the strain with the same directions, which must not be those of nearly equal stretches.
@@ -103,7 +108,7 @@ void check(const Mat<T, D>& F, Random& random, double& worst, double& worst_by_b
     // An error of ε σ₀² of b or b′ changes a stretch σ by ε σ₀²/σ.
     const double ratio_after = std::sqrt(double(squared.maxCoeff() / squared.minCoeff()));
     const double off_by_b = error<T, D>(stretched_to(F, b, determinant(F), to), of.with(exp_by) * wide) / size;
-    worst_by_b = std::max(worst_by_b, is_small ? off_by_b : 0);
+    if (is_small) worst.by_b = std::max(worst.by_b, off_by_b);
     CAPTURE(off_by_b);
     REQUIRE(off_by_b <= 50 * (is_small ? 1 : std::max(ratio, ratio_after)));
 }
@@ -111,27 +116,27 @@ void check(const Mat<T, D>& F, Random& random, double& worst, double& worst_by_b
 TEMPLATE_TEST_CASE_SIG("logarithms and exponentials are those of the principal values, for every kind of matrix",
                        "[math]", ((class T, int D), T, D), (float, 2), (float, 3), (double, 2), (double, 3)) {
     Random random(1);
-    double worst = 0, worst_by_b = 0;
+    Worst worst;
     for (int k = 0; k < 10'000; ++k) {
         for (const double spread : {1e-5, 0.02, 0.1, 0.3})
             check<T, D>(cast<T>(random.rotation<D>() * (Mat<double, D>::identity() + random.gaussian<D>() * spread)),
-                        random, worst, worst_by_b);
+                        random, worst);
         if (k % 10 != 0) continue;
         const double x = random.uniform(0.7, 1.4), e = random.uniform(-0.5, 0.5);
-        check(stretched<T, D>(random, [&](int) { return x; }), random, worst, worst_by_b);
-        check(stretched<T, D>(random, [&](int i) { return i == 0 ? x : 1; }), random, worst, worst_by_b);
-        check(stretched<T, D>(random, [&](int i) { return i == 0 ? x : x + 1e-6; }), random, worst, worst_by_b);
-        check(stretched<T, D>(random, [&](int i) { return std::exp(i == 0 ? e : -e); }), random, worst, worst_by_b);
+        check(stretched<T, D>(random, [&](int) { return x; }), random, worst);
+        check(stretched<T, D>(random, [&](int i) { return i == 0 ? x : 1; }), random, worst);
+        check(stretched<T, D>(random, [&](int i) { return i == 0 ? x : x + 1e-6; }), random, worst);
+        check(stretched<T, D>(random, [&](int i) { return std::exp(i == 0 ? e : -e); }), random, worst);
         check(stretched<T, D>(random, [&](int i) { return i == 0 ? std::pow(10, random.uniform(-6, 0)) : x; }), random,
-              worst, worst_by_b);
-        check(stretched<T, D>(random, [&](int i) { return i == 0 ? -x : 1.1 * x; }), random, worst, worst_by_b);
+              worst);
+        check(stretched<T, D>(random, [&](int i) { return i == 0 ? -x : 1.1 * x; }), random, worst);
         check(stretched<T, D>(random, [&](int i) { return std::pow(10, random.uniform(-3, 3)) * (i + 1); }), random,
-              worst, worst_by_b);
+              worst);
     }
-    CAPTURE(worst, worst_by_b);
-    CHECK(worst <= 10);
-    CHECK(worst > 0.1);
-    CHECK(worst_by_b > 0.1);
+    CAPTURE(worst.strain, worst.by_b);
+    CHECK(worst.strain <= 10);
+    CHECK(worst.strain > 0.1);
+    CHECK(worst.by_b > 0.1);
 }
 
 TEMPLATE_TEST_CASE_SIG("a lane of a matrix function is what a plain number gives", "[math]", ((class T, int D), T, D),
