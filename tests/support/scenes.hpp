@@ -65,13 +65,13 @@ enum class Kind { dense, cube, spray };
 template <int D>
 std::size_t particles_of(Kind kind) {
     if (kind == Kind::dense) return 4000;
-    if (kind == Kind::cube) return D == 2 ? 450 : 1500;
+    if (kind == Kind::cube) return D == 2 ? 450 : 2200;
     return D == 2 ? 60 : 200;
 }
 template <int D>
 bool has(const firn::BlockPartition<D>& partition, Kind kind) {
     return std::any_of(partition.groups.begin(), partition.groups.end(), [&](const firn::BlockGroup& group) {
-        return kind == (group.is_spray() ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
+        return kind == (group.spray ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
     });
 }
 
@@ -108,7 +108,7 @@ void shuffle(firn::Particles<S, D, State>& particles, std::uint64_t seed) {
         random_order(slots);
         const std::size_t first = partition.order.size();
         partition.ranges.push_back({block, first, slots.size()});
-        partition.groups.push_back({std::uint32_t(partition.groups.size()), 1, first, slots.size(), false});
+        partition.groups.push_back({std::uint32_t(partition.groups.size()), 1, first, slots.size(), false, false});
         partition.order.insert(partition.order.end(), slots.begin(), slots.end());
         while (partition.order.size() % firn::pack_size != 0) partition.order.push_back(firn::no_particle);
     }

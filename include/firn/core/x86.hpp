@@ -37,7 +37,8 @@ void nearest();
       __has_builtin(__builtin_ia32_rndscaleps_mask) && __has_builtin(__builtin_ia32_rndscalepd_mask) &&           \
       __has_builtin(__builtin_ia32_permvarsf512_mask) && __has_builtin(__builtin_ia32_extractf64x4_mask) &&       \
       __has_builtin(__builtin_ia32_cvtps2dq512_mask) && __has_builtin(__builtin_ia32_broadcastf32x4_512) &&       \
-      __has_builtin(__builtin_ia32_broadcastf64x4_512) && __has_builtin(__builtin_ia32_broadcastsd512))) &&       \
+      __has_builtin(__builtin_ia32_broadcastf64x4_512) && __has_builtin(__builtin_ia32_broadcastsd512) &&         \
+      __has_builtin(__builtin_ia32_loadups512_mask))) &&                                                          \
     (!defined(__AVX512DQ__) ||                                                                                    \
      (__has_builtin(__builtin_ia32_cvtd2mask512) && __has_builtin(__builtin_ia32_cvtq2mask512)))
 #define FIRN_HAS_BUILTINS 1
@@ -151,6 +152,11 @@ FIRN_INLINE double4 upper(double8 a) {
 FIRN_INLINE float16 permuted(float16 a, int16 order) {
     return FIRN_X86(__builtin_ia32_permvarsf512_mask(a, order, float16{}, short(0xffff)),
                     _mm512_maskz_permutexvar_ps(0xffff, __m512i(order), a));
+}
+/// Returns `a` with those lanes l whose bit in `lanes` is set read from from[l]. No other memory is read.
+FIRN_INLINE float16 with_loaded(float16 a, unsigned lanes, const float* from) {
+    return FIRN_X86(__builtin_ia32_loadups512_mask(from, a, short(lanes)),
+                    _mm512_mask_loadu_ps(a, __mmask16(lanes), from));
 }
 #endif
 

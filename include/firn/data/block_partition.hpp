@@ -189,7 +189,8 @@ struct BlockRange {
 /// If a group of sparse blocks has at most this many particles in total, the group is called spray. The particles of
 /// spray scatter to only few nodes of the group's arena. Therefore P2G clears only these nodes and adds only these
 /// nodes to the grid. G2P reads the nodes from the grid itself, not from an arena.
-inline constexpr std::size_t spray_particles = 64;
+template <int D>
+inline constexpr std::size_t spray_particles = std::size_t(16) << D;
 
 /// A group of blocks whose particles one worker scatters together: one dense block, or all sparse blocks of one cube.
 /// The group's particles fill one pack after the other; a pack may have particles of several blocks. The rest of the
@@ -200,11 +201,10 @@ struct BlockGroup {
     std::size_t first_slot;     ///< slot of the group's first particle, a multiple of pack_size
     std::size_t particles;      ///< number of the group's particles; their slots are consecutive
     bool sparse;                ///< true: the sparse blocks of a cube; false: one dense block
+    bool spray;                 ///< true: sparse, with at most spray_particles<D> particles
 
     /// Number of the group's packs, including the last one, which may contain padding.
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
-    /// True if the group is spray. \see spray_particles
-    bool is_spray() const { return sparse && particles <= spray_particles; }
 };
 
 /// Largest number of particles in a sparse block. If such a block had packs and an arena for itself alone, most lanes

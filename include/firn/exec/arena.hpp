@@ -164,37 +164,84 @@ FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
     return (D == 2 ? line : line / K * n + line % K) * n;
 }
 
-/// Maps each node in the arena of one block to the node's index in the grid. No Arena object is needed.
+/// Where the rows of nodes around one particle are in the grid. A row lies in one block, or in two blocks that are
+/// neighbours along the last axis. The nodes of a row that lie in one block are consecutive. No Arena is needed.
 template <class Kernel, int D>
-class ArenaNodes {
+class RowsInGrid {
 public:
-    /// Returns the index, among all nodes of the grid, of a node near a particle: node k in row `line` of the nodes
-    /// around the particle.
+    static constexpr int count = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
+
+    int split;  ///< Number of nodes of each row that lie in the row's first block.
+    /// For each row: where the numbers of its nodes are, among those of all nodes of the grid. The numbers of node k
+    /// begin at first[row] + k node_width if k < split, else at second[row] + k node_width. If a row lies in one block,
+    /// `second` equals `first`.
+    std::ptrdiff_t first[count], second[count];
+
+    /// Finds the rows around a particle. Calls f(row) for each row that is found.
     /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
-    /// \param corner      index, among all values of the arena, of the first value of the particle's base node
-    FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
-        const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
-        return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;
+    /// \param corner      index, among all values of the arena of one block, of the first value of the particle's base
+    ///                    node
+    template <class F>
+    FIRN_INLINE void find(const std::uint32_t* neighbours, std::ptrdiff_t corner, const F& f) {
+        const unsigned base = unsigned(corner) / node_width, k = base % n + before;
+        split = block_size - int(k % block_size);
+        const bool two_blocks = split < Kernel::support;
+        const std::ptrdiff_t in_first = std::ptrdiff_t(k % block_size) * node_width,
+                             in_second = two_blocks ? -split * node_width : in_first;
+        const std::uint32_t *const blocks = neighbours + k / block_size, *const second_blocks = blocks + two_blocks;
+        const Line* const corner_line = lines.data() + base / n;
+        unroll<count>([&](auto row) FIRN_LAMBDA {
+            const Line line = corner_line[line_begin<Kernel, D>(row, n) / n];
+            const auto number = [&](std::uint32_t block) FIRN_LAMBDA {
+                return std::ptrdiff_t(block) * (block_nodes<D> * node_width) + line.number;
+            };
+            first[row] = number(blocks[line.neighbour]) + in_first;
+            second[row] = number(second_blocks[line.neighbour]) + in_second;
+            f(row);
+        });
     }
+    /// Returns where the numbers of node k of a row begin, among those of all nodes of the grid.
+    FIRN_INLINE std::ptrdiff_t number(int row, int k) const {
+        return (k < split ? first : second)[row] + k * node_width;
+    }
+    /// Returns where the numbers of the last node of a row begin, among those of all nodes of the grid.
+    FIRN_INLINE std::ptrdiff_t last(int row) const { return second[row] + (Kernel::support - 1) * node_width; }
 
 private:
-    static constexpr int n = arena_size<Kernel>;
-    struct Place {
-        std::uint8_t neighbour, node;
+    static constexpr int n = arena_size<Kernel>, before = block_size - allowed_drift;
+    static_assert(Kernel::support <= block_size + 1, "firn: a row of nodes lies in at most two blocks");
+
+    /// Where a line of the arena of one block lies: the place of its first block among the neighbours, and the index,
+    /// among the numbers of this block, of the first number of the line.
+    struct Line {
+        std::uint8_t neighbour, number;
     };
-    static constexpr auto places = [] {
-        std::array<Place, std::size_t(arena_nodes<D>(n))> table{};
-        for (int i = 0; i < int(table.size()); ++i) {
-            int neighbour = 0, node = 0;
-            for (int a = 0, scale = int(table.size()) / n; a < D; ++a, scale /= n) {
-                const int k = i / scale % n + block_size - allowed_drift;
-                neighbour = neighbour * 3 + k / block_size;
-                node = node * block_size + k % block_size;
+    static constexpr auto lines = [] {
+        std::array<Line, std::size_t(arena_nodes<D>(n) / n)> table{};
+        for (int line = 0; line < int(table.size()); ++line)
+            for (int a = 0, along = D == 2 ? line : line / n; a < D - 1; ++a, along = line % n) {
+                Line& to = table[std::size_t(line)];
+                to.neighbour = std::uint8_t(3 * to.neighbour + 3 * ((along + int(before)) / block_size));
+                to.number = std::uint8_t(block_size * (to.number + (along + int(before)) % block_size * node_width));
             }
-            table[std::size_t(i)] = {std::uint8_t(neighbour), std::uint8_t(node)};
-        }
         return table;
     }();
 };
+
+/// If the group after `group` is spray, brings the nodes of its blocks into the second-level cache. Spray has few
+/// particles in a block, so what a group prefetches for itself comes too late.
+/// \param nodes  the values of all nodes of the grid
+template <class Grid, std::floating_point S, int D>
+FIRN_INLINE void prefetch_next_spray(const S* nodes, const Grid& grid, const BlockPartition<D>& partition,
+                                     const BlockGroup& group) {
+    const BlockGroup* const next = &group + 1;
+    if (next == partition.groups.data() + partition.groups.size() || !next->spray) return;
+    constexpr int middle = D == 2 ? 4 : 13;
+    for (std::uint32_t r = next->first_range; r < next->first_range + next->ranges; ++r) {
+        const std::size_t block = grid.neighbours(partition, r)[middle];
+        const S* const first = nodes + block * std::size_t(block_nodes<D> * node_width);
+        for (int i = 0; i < block_nodes<D> * node_width; i += int(64 / sizeof(S))) __builtin_prefetch(first + i, 0, 2);
+    }
+}
 
 }  // namespace firn

@@ -82,7 +82,7 @@ public:
     void operator()(std::size_t g, G2PThreadReport& report) const {
         const BlockGroup& group = partition_.groups[g];
         const GroupPlaces<View> places(view_, partition_, group, positions_);
-        const NodesOfGroup<Kernel, S, D, blended ? 2 : 1> nodes(grid_, partition_, group, places);
+        NodesOfGroup<Kernel, S, D, blended ? 2 : 1> nodes(grid_, partition_, group, places);
         PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
         TransferSums<Kernel, Transfer, Force, S, D> sums;
         std::conditional_t<blended, PackSums<Kernel, false, false, S, D>, NoSums> before;
@@ -90,8 +90,8 @@ public:
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
             prefetch(group.first_slot + slot + pack_size);
             nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums, places, slot);
-            if constexpr (blended) nodes.template gather<1>(pack, before, places, slot);
+            nodes.template gather<0>(pack, sums);
+            if constexpr (blended) nodes.template gather<1>(pack, before);
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)),
                        places.blocks().template lower<P>(slot + std::size_t(lane)), pack.offset(lane), sums.lanes(lane),

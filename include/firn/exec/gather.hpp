@@ -169,7 +169,7 @@ using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
 /// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
-/// unless the group is spray (few particles in sparse blocks, see BlockGroup::is_spray). For spray, the values are read
+/// unless the group is spray (few particles in sparse blocks, see BlockGroup::spray). For spray, the values are read
 /// from the grid, node by node.
 /// \tparam Layers  number of layers of the grid (arrays of node values) from which values are needed. Layer 0 is the
 ///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
@@ -177,6 +177,7 @@ using TransferSums =
 template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;
+    using Rows = RowsInGrid<Kernel, D>;
 
 public:
     /// Copies the node values to an arena, unless the group is spray.
@@ -184,10 +185,13 @@ public:
     template <class View>
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
                              const GroupPlaces<View>& places, std::size_t first_layer = 0)
-        : grid_(grid), partition_(partition), is_spray_(group.is_spray()) {
+        : grid_(grid), partition_(partition), is_spray_(group.spray), particles_(group.particles) {
         for (std::size_t k = 0; k < Layers; ++k)
             numbers_[k] = first_layer + k == 0 ? grid.nodes(0) : grid.layer(first_layer + k);
-        if (is_spray_) return;
+        if (is_spray_) {
+            for (const S* const numbers : numbers_) prefetch_next_spray(numbers, grid, partition, group);
+            return;
+        }
         const BlocksAround<D> around(grid, partition, group);
         const ArenaBox<D> box = places.template box<Kernel>(group);
         for (std::size_t k = 0; k < Layers; ++k) {
@@ -198,54 +202,51 @@ public:
         }
     }
 
-    /// Computes the weights and positions of the particles of one pack, and stores them in `pack`. Prefetches the nodes
-    /// of spray.
+    /// Computes the weights and positions of the particles of one pack, and stores them in `pack`. If the group is
+    /// spray, also finds the nodes around these particles, and prefetches them.
     /// \param slot  first slot of the pack, counted from the group's first slot
     template <class Pack, class View>
-    FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
+    FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) {
         const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
-        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
-            pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
-        if (is_spray_) prefetch(pack, places, slot - pack_size);
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+            const std::size_t at = slot + std::size_t(lane);
+            pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, n), n);
+        }
+        if (is_spray_) find_rows(pack, places, slot);
     }
     /// Computes the sums over nodes for a pack, with the node values of one layer of the grid. Call locate() for the
     /// pack first.
-    template <int layer, class Pack, class Sums, class View>
-    FIRN_INLINE void gather(const Pack& pack, Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
+    template <int layer, class Pack, class Sums>
+    FIRN_INLINE void gather(const Pack& pack, Sums& sums) const {
         if (is_spray_)
-            gather_in_grid<layer>(pack, sums, places, slot);
+            gather_in_grid<layer>(pack, sums);
         else
             gather_in_arena<layer>(pack, sums);
     }
 
 private:
-    /// Brings the nodes around the particles of a pack of spray into the cache. The grid of spray is larger than the
-    /// cache, and the processor cannot foresee which nodes are next.
+    /// Finds the rows of nodes around the particles of a pack of spray, and brings them into the cache. The grid of
+    /// spray is larger than the cache, and the processor cannot foresee which nodes are next.
     template <class Pack, class View>
-    FIRN_INLINE void prefetch(const Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
-        for (int l = 0; l < pack_size; ++l) {
-            const std::uint32_t* neighbours =
-                grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
-            unroll<lines_of_particle<Kernel, D>>([&](auto line) FIRN_LAMBDA {
-                for (const int k : {0, Kernel::support - 1}) {
-                    const std::size_t node =
-                        ArenaNodes<Kernel, D>::in_grid(neighbours, pack.weights.corner[l], line, k);
-                    for (const S* const numbers : numbers_) __builtin_prefetch(numbers + node * node_width);
+    FIRN_INLINE void find_rows(const Pack& pack, const GroupPlaces<View>& places, std::size_t slot) {
+        used_ = int(std::min<std::size_t>(pack_size, particles_ - slot));
+        for (int l = 0; l < used_; ++l) {
+            const std::size_t range = places.blocks().range(slot + std::size_t(l));
+            rows_[l].find(grid_.neighbours(partition_, range), pack.weights.corner[l], [&](auto row) FIRN_LAMBDA {
+                for (const S* const numbers : numbers_) {
+                    __builtin_prefetch(numbers + rows_[l].first[row]);
+                    __builtin_prefetch(numbers + rows_[l].last(row));
                 }
             });
         }
     }
 
-    template <int layer, class Pack, class Sums, class View>
-    FIRN_INLINE void gather_in_grid(const Pack& pack, Sums& sums, const GroupPlaces<View>& places,
-                                    std::size_t slot) const {
-        sums.gather(pack.weights, [&](int l, auto line) FIRN_LAMBDA {
-            const std::uint32_t* neighbours =
-                grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
-            return portable_row<S, Kernel::support>::of_nodes([&](auto k) FIRN_LAMBDA {
-                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, pack.weights.corner[l], line, k);
-                return quad<S>::load(numbers_[layer] + node * node_width);
-            });
+    template <int layer, class Pack, class Sums>
+    FIRN_INLINE void gather_in_grid(const Pack& pack, Sums& sums) const {
+        sums.gather(pack.weights, [&](int l, auto row) FIRN_LAMBDA {
+            const Rows& rows = rows_[l < used_ ? l : 0];  // the other lanes are padding, for which any nodes will do
+            return row_of_runs<S, Kernel::support>::of_runs(numbers_[layer] + rows.first[row],
+                                                            numbers_[layer] + rows.second[row], rows.split);
         });
     }
     template <int layer, class Pack, class Sums>
@@ -259,7 +260,10 @@ private:
     const SparseGrid<S, D>& grid_;
     const BlockPartition<D>& partition_;
     bool is_spray_;
+    std::size_t particles_;  // number of the group's particles
     const S* numbers_[Layers];
+    int used_ = 0;  // of spray: number of particles of the present pack, and where the nodes around them are
+    Rows rows_[pack_size];
     Arena<Kernel, S, D> arena_[Layers];
 };
 

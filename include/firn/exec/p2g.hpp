@@ -4,25 +4,18 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_set.hpp>
+#include <firn/exec/bands.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/scatter.hpp>
 #include <firn/exec/spray.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
 #include <numeric>
 #include <span>
 #include <vector>
 
 namespace firn {
-
-/// Some of the phases of a partition: those with the indices first ≤ i < last. By default all.
-struct PhaseRange {
-    std::size_t first = 0,                               ///< index of the first phase
-        last = std::numeric_limits<std::size_t>::max();  ///< index of the last phase, plus 1
-};
 
 /// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
 /// share no node, so that several threads can work on these groups at the same time.
@@ -77,7 +70,9 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
                     return GridRows<std::remove_const_t<Sums>, Kernel, S, D>(nodes, neighbours, corner);
                 };
                 const auto count = [&](std::ptrdiff_t corner, int particles) FIRN_LAMBDA {
-                    sums.count(ArenaNodes<Kernel, D>::in_grid(neighbours, corner, 0, 0), particles);
+                    RowsInGrid<Kernel, D> rows;
+                    rows.find(neighbours, corner, [](auto) {});
+                    sums.count(std::size_t(rows.first[0] / node_width), particles);
                 };
                 if (fits)
                     records.template scatter<Sums::costly>(first, last, rows_at, count);
@@ -140,11 +135,12 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
     if (places.template has_strays<Kernel>(group)) throw_strays();
     places.template for_corners<Kernel>(group, arena.n, [&](std::size_t corner) FIRN_LAMBDA { arena.reach(corner); });
     const BlocksAround<D> around(grid, partition, group);
-    arena.prefetch(nodes, around);
+    prefetch_next_spray(nodes, grid, partition, group);
+    arena.clear(nodes, around);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena.n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
             records.template scatter<Sums::costly>(
-                0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, arena.n, corner); },
+                0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node(), arena.n, corner); },
                 [](std::ptrdiff_t, int) {});
         });
     arena.add_to_grid(nodes, around);
@@ -174,7 +170,7 @@ void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt,
         [&](const BlockGroup& group, int thread) {
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
             auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
-            if (!group.is_spray())
+            if (!group.spray)
                 scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
             else if constexpr (std::floating_point<typename Sums::number>)
                 scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
@@ -205,18 +201,6 @@ void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>
     (grid.require_active(sets.partition), ...);
 }
 
-/// Sets `per_node` values of type T to zero for each node of the grid.
-template <class T, std::floating_point S, int D>
-void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
-    // The pieces are large, because memset writes a large piece to memory without reading its cache lines first.
-    const std::size_t count = grid.block_count() * std::size_t(block_nodes<D> * per_node), together = 1 << 14;
-    const auto clear_some = [&](std::size_t i, int) {
-        const std::size_t begin = i * together;
-        std::memset(static_cast<void*>(first + begin), 0, std::min(together, count - begin) * sizeof(T));
-    };
-    parallel_for((count + together - 1) / together, threads, clear_some);
-}
-
 }  // namespace detail
 
 /// Particles to grid: sets all nodes to zero, then adds the masses and the momenta of all particles to the nodes around
@@ -235,9 +219,17 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
-        detail::clear(grid.nodes(0), node_width, grid, threads);
-        (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, FloatSums<S>{}, grid.nodes(0)),
-         ...);
+        S* const nodes = grid.nodes(0);
+        detail::scatter_by_bands(
+            grid,
+            [&](std::size_t begin, std::size_t end) {
+                detail::clear_blocks<D>(nodes, node_width, begin, end, threads);
+            },
+            [&](const auto& set, PhaseRange phases) {
+                detail::scatter_coloured<Kernel, Transfer, Force>(set, grid, dt, threads, FloatSums<S>{}, nodes,
+                                                                  phases);
+            },
+            sets...);
     });
 }
 

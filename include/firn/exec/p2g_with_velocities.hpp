@@ -57,19 +57,23 @@ template <class Kernel, class Transfer, class Force, class View, class Grid, std
 /// same bits.
 template <class Kernel, class Transfer, class Force, class View, std::floating_point S, int D>
 void scatter_twice(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads, S* plain,
-                   S* forced) {
+                   S* forced, PhaseRange phases) {
     if (is_silent(set)) return;
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
-    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int) {
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        if (!group.is_spray())
-            return scatter_twice_to_arenas<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, plain,
-                                                                    forced);
-        const FloatSums<S> sums;
-        scatter_spray<Kernel, Transfer, NoForceFor<Transfer>>(reader, places, set.partition, group, grid, sums, plain);
-        scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, forced);
-    });
+    for_groups_by_phase(
+        set.partition, threads,
+        [&](const BlockGroup& group, int) {
+            const GroupPlaces<View> places(set.view, set.partition, group, positions);
+            if (!group.spray)
+                return scatter_twice_to_arenas<Kernel, Transfer, Force>(reader, places, set.partition, group, grid,
+                                                                        plain, forced);
+            const FloatSums<S> sums;
+            scatter_spray<Kernel, Transfer, NoForceFor<Transfer>>(reader, places, set.partition, group, grid, sums,
+                                                                  plain);
+            scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, forced);
+        },
+        phases);
 }
 
 }  // namespace detail
@@ -94,9 +98,17 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         grid.exchange(1, threads);  // so that there is a layer 1
-        detail::clear(grid.nodes(0), node_width, grid, threads);
-        detail::clear(grid.layer(1), node_width, grid, threads);
-        (detail::scatter_twice<Kernel, Transfer, Force>(sets, grid, dt, threads, grid.nodes(0), grid.layer(1)), ...);
+        S *const plain = grid.nodes(0), *const forced = grid.layer(1);
+        detail::scatter_by_bands(
+            grid,
+            [&](std::size_t begin, std::size_t end) {
+                for (S* const numbers : {plain, forced})
+                    detail::clear_blocks<D>(numbers, node_width, begin, end, threads);
+            },
+            [&](const auto& set, PhaseRange phases) {
+                detail::scatter_twice<Kernel, Transfer, Force>(set, grid, dt, threads, plain, forced, phases);
+            },
+            sets...);
         detail::velocities_of_momenta(execution, grid, mirrors);
         grid.exchange(1, threads);
     });

@@ -303,7 +303,7 @@ public:
     template <class Kernel, class F>
     FIRN_INLINE void for_corners(const BlockGroup& spray, int n, const F& f) const {
         using P = native_pack<S>;
-        alignas(64) typename P::integer corner[spray_particles];
+        alignas(64) typename P::integer corner[spray_particles<D>];
         for (std::size_t slot = 0; slot < spray.particles; slot += scalar_traits<P>::lanes)
             first_number(locate<Kernel>(position<P>(slot)).node + block_in_arena<Kernel, P>(slot, n), n)
                 .store(corner + slot);

@@ -169,8 +169,9 @@ public:
     /// \param corner      index of the first value of the particle's base node, counted as if the blocks around the
     ///                    particle were stored as one arena
     FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
-        unroll<lines * K>([&](auto i) FIRN_LAMBDA {
-            node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;
+        RowsInGrid<Kernel, D> rows;
+        rows.find(neighbours, corner, [&](auto row) FIRN_LAMBDA {
+            unroll<K>([&](auto k) FIRN_LAMBDA { node_[row * K + k] = nodes + rows.number(row, k); });
         });
     }
     /// Returns the sums of row `line`, read from memory.

@@ -49,13 +49,13 @@ inline constexpr std::size_t layer_of_sum = 2;
 template <class Kernel, class View, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, const GroupPlaces<View>& places,
                        const SparseGrid<S, D>& grid) {
-    const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer_of_sum);
+    NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer_of_sum);
     PackPlaces<Kernel, false, S, D> pack;
     PackSums<Kernel, false, false, S, D> sums;
     using P = native_pack<S>;
     for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
         nodes.locate(pack, places, slot);
-        nodes.template gather<0>(pack, sums, places, slot);
+        nodes.template gather<0>(pack, sums);
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
             const Vec<P, D> v = sums.lanes(lane).velocity;
             unroll<D>([&](auto a) { set.view.velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
@@ -142,7 +142,7 @@ template <class Kernel, class View, std::floating_point S, int D>
     };
     const ArenaBox<D> box = places.template box<Kernel>(group);
     if (box.strays) throw_strays();
-    const NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer_of_sum);
+    NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer_of_sum);
     Arena<Kernel, S, D> arena;
     arena.clear(group, box);
     Pack pack;
@@ -150,7 +150,7 @@ template <class Kernel, class View, std::floating_point S, int D>
     PackValues<Kernel, NoForceNoField, S, D> values;
     for (std::size_t slot = 0; slot < group.particles; slot += pack_size) {
         from.locate(pack, places, slot);
-        from.template gather<0>(pack, sums, places, slot);
+        from.template gather<0>(pack, sums);
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
             P2GRecord<P, D> record{};
             record.mass = set.view.mass.template load_or_zero<P>(places.slots(slot + std::size_t(lane)), 0);
@@ -169,20 +169,25 @@ template <class Kernel, class View, std::floating_point S, int D>
 /// of particles goes there and back at once.
 template <class Kernel, class Transfer, std::floating_point S, int D, class... Views>
 void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const ParticleSet<Views>&... sets) {
-    clear(grid.nodes(0), node_width, grid, threads);
-    const auto scatter = [&]<class View>(const ParticleSet<View>& set) {
+    const auto clear_some = [&](std::size_t begin, std::size_t end) {
+        clear_blocks<D>(grid.nodes(0), node_width, begin, end, threads);
+    };
+    const auto scatter = [&]<class View>(const ParticleSet<View>& set, PhaseRange phases) {
         if (is_silent(set)) return;
         const Positions<View> positions(grid.domain());
         const ParticleReader<View> reader(set.view, grid.domain(), 0);
-        for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int) {
-            const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            if (!group.is_spray()) return there_and_back_by_arenas<Kernel>(set, group, places, grid);
-            gather_velocities<Kernel>(set, group, places, grid);
-            scatter_spray<Kernel, Transfer, NoForceNoField>(reader, places, set.partition, group, grid, FloatSums<S>{},
-                                                            grid.nodes(0));
-        });
+        for_groups_by_phase(
+            set.partition, threads,
+            [&](const BlockGroup& group, int) {
+                const GroupPlaces<View> places(set.view, set.partition, group, positions);
+                if (!group.spray) return there_and_back_by_arenas<Kernel>(set, group, places, grid);
+                gather_velocities<Kernel>(set, group, places, grid);
+                scatter_spray<Kernel, Transfer, NoForceNoField>(reader, places, set.partition, group, grid,
+                                                                FloatSums<S>{}, grid.nodes(0));
+            },
+            phases);
     };
-    (scatter(sets), ...);
+    scatter_by_bands(grid, clear_some, scatter, sets...);
 }
 
 /// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.

@@ -53,12 +53,12 @@ void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, 
     parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
         const BlockGroup& group = set.partition.groups[g];
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
+        NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
         PackPlaces<Kernel, false, S, D> pack;
         PackSums<Kernel, false, false, S, D> sums;
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
             nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums, places, slot);
+            nodes.template gather<0>(pack, sums);
             for (int lane = 0; lane < pack_size; lane += scalar_traits<native_pack<S>>::lanes)
                 number.store(places.slots(slot + std::size_t(lane)), 0, sums.lanes(lane).velocity.v[0]);
         }

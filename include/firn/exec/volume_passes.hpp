@@ -71,14 +71,14 @@ void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, in
     parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
         const BlockGroup& group = set.partition.groups[g];
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
+        NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
         PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
         TransferSums<Kernel, Transfer, Force, S, D> sums;
         using P = native_pack<S>;
         const P h(S(grid.domain().cell_size));
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
             nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums, places, slot);
+            nodes.template gather<0>(pack, sums);
             for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
                 const auto taken = take_from_grid<Kernel, Transfer, Force>(sums.lanes(lane), pack.offset(lane), h);
                 rate.store(places.slots(slot + std::size_t(lane)), 0, trace(taken.velocity_gradient));

@@ -194,6 +194,23 @@ struct row_of {
     /// Returns a row in whose node k all four numbers equal from[k].
     /// \param from  four numbers, one per node; if K < 4, from[K] and the numbers after it must be zero
     FIRN_INLINE static row_of spread(const S* from) { return {Number::spread(from), Rest::spread(from + width / 4)}; }
+    /// Returns the row whose node k has its four numbers at first[4 k] if k < split, else at second[4 k]. No other
+    /// memory is read. Only for rows with one node per register, and for rows in one register of 16 floats.
+    template <int k = 0>
+    FIRN_INLINE static row_of of_runs(const S* first, const S* second, int split) {
+#if defined(FIRN_WIDE_ROWS) && defined(__AVX512F__)
+        if constexpr (W == 16) {
+            constexpr unsigned all = (1u << 4 * K) - 1;
+            const unsigned lanes = ((1u << 4 * split) - 1) & all;
+            return {{detail::x86::with_loaded(detail::x86::with_loaded(detail::x86::float16{}, lanes, first),
+                                              all & ~lanes, second)},
+                    {}};
+        }
+#endif
+        if constexpr (W == 4)
+            return {Number::load((k < split ? first : second) + 4 * k),
+                    Rest::template of_runs<k + 1>(first, second, split)};
+    }
     /// Returns a row whose node k is f(k), where f gets k as a std::integral_constant. Only for rows with one node per
     /// register.
     template <int k = 0, class F>
@@ -268,6 +285,10 @@ struct row_of<S, 0, W> {
     FIRN_INLINE row_of held() const { return {}; }
     FIRN_INLINE static row_of repeat(const S*) { return {}; }
     FIRN_INLINE static row_of spread(const S*) { return {}; }
+    template <int>
+    FIRN_INLINE static row_of of_runs(const S*, const S*, int) {
+        return {};
+    }
     template <int, class F>
     FIRN_INLINE static row_of of_nodes(const F&) {
         return {};
@@ -295,6 +316,10 @@ using row = row_of<S, K, detail::row_register<S, K>>;
 /// A row of exactly K nodes, in the widest registers of the target processor for which no further node is needed.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
+
+/// A row of K nodes that row_of::of_runs() can read from two places, in the widest registers for which it can.
+template <std::floating_point S, int K>
+using row_of_runs = std::conditional_t<row<S, K>::width == 16 && K <= 4, row<S, K>, portable_row<S, K>>;
 
 /// Number of rows that are processed side by side: four if one register holds a row, else one.
 template <class Row>

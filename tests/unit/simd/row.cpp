@@ -95,6 +95,27 @@ TEMPLATE_TEST_CASE("A row in wide registers has the bits of a node a register", 
     }
 }
 
+TEMPLATE_TEST_CASE("The nodes of a row may lie in two places", "", (Shape<float, 2>), (Shape<float, 3>),
+                   (Shape<float, 4>), (Shape<double, 3>)) {
+    using S = typename TestType::scalar;
+    constexpr int K = TestType::nodes;
+    Numbers<S> random;
+    for (int split = 1; split <= 4; ++split) {
+        const std::size_t in_first = std::size_t(std::min(split, K)), in_second = std::size_t(K) - in_first;
+        // Memory of exactly the nodes: a sanitizer sees what portable rows read beyond.
+        const auto numbers = random.template array<16>();
+        const std::vector<S> first(numbers.begin(), numbers.begin() + 4 * in_first),
+            second(numbers.begin() + 4 * in_first, numbers.begin() + 4 * K);
+        const S* const from = in_second > 0 ? second.data() - 4 * in_first : first.data();
+        const auto check = [&]<class Row>(std::type_identity<Row>) {
+            const auto read = nodes_of<Row, S>(Row::of_runs(first.data(), from, split));
+            for (std::size_t i = 0; i < std::size_t(4 * K); ++i) CHECK(read[i] == numbers[i]);
+        };
+        check(std::type_identity<row_of_runs<S, K>>{});
+        check(std::type_identity<portable_row<S, K>>{});
+    }
+}
+
 TEMPLATE_TEST_CASE("Storing a row that was read changes nothing; an exact one touches its nodes alone", "",
                    (Shape<float, 2>), (Shape<float, 3>), (Shape<float, 4>), (Shape<double, 3>)) {
     using S = typename TestType::scalar;
