@@ -175,7 +175,8 @@ public:
     /// For each row: where the numbers of its nodes are, among those of all nodes of the grid. The numbers of node k
     /// begin at first[row] + k node_width if k < split, else at second[row] + k node_width. If a row lies in one block,
     /// `second` equals `first`.
-    std::ptrdiff_t first[count], second[count];
+    std::ptrdiff_t first[count],
+        second[count];  ///< \see first
 
     /// Finds the rows around a particle. Calls f(row) for each row that is found.
     /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
