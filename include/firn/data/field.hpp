@@ -49,14 +49,17 @@ struct BlockedSpan {
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
-    /// Prefetches the part of the field that belongs to the pack beginning at `slot`. \tparam Components  equal to
-    /// the member `components`
+    /// Prefetches the part of the field that belongs to the pack beginning at `slot`.
+    ///
+    /// A pack in double precision has more cache lines than the first-level cache can wait for at once, and what is
+    /// read next would wait for all of them. So they are brought into the second-level cache.
+    /// \tparam Components  equal to the member `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);
-        constexpr int per_line = int(64 / sizeof(S));
-        unroll<Components * pack_size / per_line>([&](auto line)
-                                                      FIRN_LAMBDA { __builtin_prefetch(pack + per_line * line); });
+        constexpr int per_line = int(64 / sizeof(S)), locality = sizeof(S) > 4 ? 2 : 3;
+        unroll<Components * pack_size / per_line>(
+            [&](auto line) FIRN_LAMBDA { __builtin_prefetch(pack + per_line * line, 0, locality); });
     }
     /// Returns one component of the field for the particle in the first of the slots.
     FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
