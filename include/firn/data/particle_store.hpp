@@ -261,6 +261,7 @@ public:
         id_[slot] = take(std::uint32_t(0));
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k) fields_.template at<S>(f, slot, k) = take(S(0));
+        grouped_ = grouped_ || group_of_copy(block_of_key<D>(block)[0], copy_stride(domain_)) != 0;
         set_block(slot, block);
         ids_.skip(id_[slot] + 1);
         ++size_;
