@@ -97,7 +97,8 @@ void check(const Mat<T, D>& F, Random& random, Worst& worst) {
     EigenMat<T, D> wide;
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) wide(i, j) = F(i, j);
-    const double size = double(exp_by.maxCoeff() * of.stretches[0]);
+    // What is added to F is rounded as F is, also if the result is much smaller.
+    const double size = double(std::max(exp_by.maxCoeff(), Wide<T>(1)) * of.stretches[0]);
     REQUIRE(error<T, D>(strained_by(F, narrow<T, D>(of.with(by))), of.with(exp_by) * wide) <= 100 * size);
 
     // The same by the left Cauchy–Green tensor b.
