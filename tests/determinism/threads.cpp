@@ -38,7 +38,8 @@ void add_mixture(Simulation& simulation) {
     simulation.most_steps_between_sorts = 8;
     const auto add = [&](const Samples<D>& samples) { simulation.template set<I>().add(samples, 1000); };
     add(sample_box<D>(V::filled(0.2), V::filled(D == 2 ? 0.45 : 0.36), {.spacing = 1.0 / 64}));
-    add(sample_box<D>(V::filled(0.45), V::filled(0.8), {.spacing = D == 2 ? 1.0 / 32 : 1.0 / 20}));
+    add(sample_box<D>(V::filled(0.45), V::filled(0.8),
+                      {.spacing = D == 2 ? 1.0 / 32 : 1.0 / 21, .pattern = Pattern::jittered, .jitter = 0.5}));
     add(spray<D>(D == 2 ? 100 : 250));
     auto& particles = simulation.template set<I>().edit_particles();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
