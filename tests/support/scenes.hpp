@@ -71,7 +71,7 @@ std::size_t particles_of(Kind kind) {
 template <int D>
 bool has(const firn::BlockPartition<D>& partition, Kind kind) {
     return std::any_of(partition.groups.begin(), partition.groups.end(), [&](const firn::BlockGroup& group) {
-        return kind == (group.spray ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
+        return kind == (firn::is_spray<D>(group) ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
     });
 }
 
@@ -108,7 +108,7 @@ void shuffle(firn::Particles<S, D, State>& particles, std::uint64_t seed) {
         random_order(slots);
         const std::size_t first = partition.order.size();
         partition.ranges.push_back({block, first, slots.size()});
-        partition.groups.push_back({std::uint32_t(partition.groups.size()), 1, first, slots.size(), false, false});
+        partition.groups.push_back({std::uint32_t(partition.groups.size()), 1, first, slots.size(), false});
         partition.order.insert(partition.order.end(), slots.begin(), slots.end());
         while (partition.order.size() % firn::pack_size != 0) partition.order.push_back(firn::no_particle);
     }

@@ -201,11 +201,16 @@ struct BlockGroup {
     std::size_t first_slot;     ///< slot of the group's first particle, a multiple of pack_size
     std::size_t particles;      ///< number of the group's particles; their slots are consecutive
     bool sparse;                ///< true: the sparse blocks of a cube; false: one dense block
-    bool spray;                 ///< true: sparse, with at most spray_particles<D> particles
 
     /// Number of the group's packs, including the last one, which may contain padding.
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
 };
+
+/// Returns whether a group is spray. \see spray_particles
+template <int D>
+bool is_spray(const BlockGroup& group) {
+    return group.sparse && group.particles <= spray_particles<D>;
+}
 
 /// Largest number of particles in a sparse block. If such a block had packs and an arena for itself alone, most lanes
 /// of its packs would be padding, and most nodes of its arena would stay empty.

@@ -173,7 +173,6 @@ public:
     void set_contact_group(std::size_t slot, int group) {
         BlockCoordinate<D> of = block(slot);
         of[0] += (group - contact_group(slot)) * copy_stride(domain_);
-        grouped_ = grouped_ || group != 0;
         set_block(slot, block_key<D>(of));
     }
 
@@ -199,7 +198,6 @@ public:
     /// \param of     coordinates of a block, or of a copy of it
     /// \param place  position within the block [cells], counted from the block's lower corner
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
-        grouped_ = grouped_ || group_of_copy(of[0], copy_stride(domain_)) != 0;
         set_block(slot, block_key<D>(of));
         put(of_place, slot, place.v, D);
     }
@@ -261,7 +259,6 @@ public:
         id_[slot] = take(std::uint32_t(0));
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k) fields_.template at<S>(f, slot, k) = take(S(0));
-        grouped_ = grouped_ || group_of_copy(block_of_key<D>(block)[0], copy_stride(domain_)) != 0;
         set_block(slot, block);
         ids_.skip(id_[slot] + 1);
         ++size_;
@@ -368,7 +365,10 @@ private:
         return end_++;
     }
     void set_block(std::size_t slot, std::uint64_t key) {
-        if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
+        if (blocks_.empty() || blocks_.back() != key) {
+            blocks_.push_back(key);
+            grouped_ = grouped_ || group_of_copy(block_of_key<D>(key)[0], copy_stride(domain_)) != 0;
+        }
         block_[slot] = std::uint32_t(blocks_.size() - 1);
     }
     /// Increases the number of slots, and keeps the particles.

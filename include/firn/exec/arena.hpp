@@ -236,8 +236,8 @@ template <class Grid, std::floating_point S, int D>
 FIRN_INLINE void prefetch_next_spray(const S* nodes, const Grid& grid, const BlockPartition<D>& partition,
                                      const BlockGroup& group) {
     const BlockGroup* const next = &group + 1;
-    if (next == partition.groups.data() + partition.groups.size() || !next->spray) return;
-    constexpr int middle = D == 2 ? 4 : 13;
+    if (next == partition.groups.data() + partition.groups.size() || !is_spray<D>(*next)) return;
+    constexpr int middle = SparseGrid<S, D>::neighbour_count / 2;
     for (std::uint32_t r = next->first_range; r < next->first_range + next->ranges; ++r) {
         const std::size_t block = grid.neighbours(partition, r)[middle];
         const S* const first = nodes + block * std::size_t(block_nodes<D> * node_width);

@@ -169,7 +169,7 @@ using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
 /// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
-/// unless the group is spray (few particles in sparse blocks, see BlockGroup::spray). For spray, the values are read
+/// unless the group is spray (few particles in sparse blocks, see is_spray). For spray, the values are read
 /// from the grid, node by node.
 /// \tparam Layers  number of layers of the grid (arrays of node values) from which values are needed. Layer 0 is the
 ///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
@@ -185,7 +185,7 @@ public:
     template <class View>
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
                              const GroupPlaces<View>& places, std::size_t first_layer = 0)
-        : grid_(grid), partition_(partition), is_spray_(group.spray), particles_(group.particles) {
+        : grid_(grid), partition_(partition), is_spray_(is_spray<D>(group)), particles_(group.particles) {
         for (std::size_t k = 0; k < Layers; ++k)
             numbers_[k] = first_layer + k == 0 ? grid.nodes(0) : grid.layer(first_layer + k);
         if (is_spray_) {

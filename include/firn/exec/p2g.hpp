@@ -170,7 +170,7 @@ void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt,
         [&](const BlockGroup& group, int thread) {
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
             auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
-            if (!group.spray)
+            if (!is_spray<View::dimension>(group))
                 scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
             else if constexpr (std::floating_point<typename Sums::number>)
                 scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);

@@ -65,7 +65,7 @@ void scatter_twice(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, d
         set.partition, threads,
         [&](const BlockGroup& group, int) {
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            if (!group.spray)
+            if (!is_spray<D>(group))
                 return scatter_twice_to_arenas<Kernel, Transfer, Force>(reader, places, set.partition, group, grid,
                                                                         plain, forced);
             const FloatSums<S> sums;

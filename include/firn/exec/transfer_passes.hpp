@@ -180,7 +180,7 @@ void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const Particl
             set.partition, threads,
             [&](const BlockGroup& group, int) {
                 const GroupPlaces<View> places(set.view, set.partition, group, positions);
-                if (!group.spray) return there_and_back_by_arenas<Kernel>(set, group, places, grid);
+                if (!is_spray<D>(group)) return there_and_back_by_arenas<Kernel>(set, group, places, grid);
                 gather_velocities<Kernel>(set, group, places, grid);
                 scatter_spray<Kernel, Transfer, NoForceNoField>(reader, places, set.partition, group, grid,
                                                                 FloatSums<S>{}, grid.nodes(0));

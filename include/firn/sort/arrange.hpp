@@ -68,7 +68,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     std::size_t slots = 0;
     // number_of(k) is the index in `sorted` of the k-th block of the group
     const auto add_group = [&](std::size_t blocks, bool sparse, const auto& number_of) {
-        BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse, false};
+        BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse};
         for (std::size_t k = 0; k < blocks; ++k) {
             const std::uint32_t number = number_of(k);
             partition.by_block[number] = std::uint32_t(partition.ranges.size());
@@ -76,7 +76,6 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
             partition.ranges.back().first_slot = slots + group.particles;
             group.particles += sorted[number].particles;
         }
-        group.spray = sparse && group.particles <= spray_particles<D>;
         slots += group.packs() * pack_size;
         partition.particles += group.particles;
         partition.groups.push_back(group);

@@ -25,10 +25,9 @@ struct Matter {
     Matter() : domain(domain_of()), particles(made(domain)), partition(sort_particles<K>(particles, 2)), grid(domain) {
         grid.activate(partition);
         update_stress(Coloured{2}, particles.view(), partition, FixedCorotated<S>{}, domain.cell_size);
-        const auto is_spray = [](const BlockGroup& group) { return group.spray; };
         const auto& groups = partition.groups;
-        REQUIRE(std::any_of(groups.begin(), groups.end(), is_spray));
-        REQUIRE(!std::all_of(groups.begin(), groups.end(), is_spray));
+        REQUIRE(std::any_of(groups.begin(), groups.end(), is_spray<D>));
+        REQUIRE(!std::all_of(groups.begin(), groups.end(), is_spray<D>));
     }
     auto set() { return ParticleSet{particles.view(), partition}; }
     std::vector<S> layer(std::size_t k) const {
