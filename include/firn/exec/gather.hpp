@@ -166,7 +166,7 @@ private:
 /// The PackSums that compute only the sums that the transfer policy and the force policy need.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 using TransferSums =
-    PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
+    PackSums<Kernel, g2p_needs_moment<Kernel, Transfer, Force>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
 /// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
 /// unless the group is spray (few particles in sparse blocks, see is_spray). For spray, the values are read

@@ -7,8 +7,9 @@
 ///     N_i A (x_i − x_p)/h  +  G ∇N_i,        ∇N_i in [1/cell]
 ///
 /// with two matrices A and G. x_i is the position of the node, x_p the position of the particle, and h the cell size. A
-/// force form also decides which velocity gradient updates F. If `weight_gradients` is true, or if the transfer or the
-/// kernel gives no affine field C, the velocity gradient is Σ v_i ⊗ ∇N_i; else C.
+/// force form also decides which velocity gradient updates F. If `weight_gradients` is true, or if the kernel's D is
+/// not constant, the velocity gradient is Σ v_i ⊗ ∇N_i; else B D⁻¹ with B = Σ N_i v_i (x_i − x_p)ᵀ, whether the
+/// transfer keeps this field or not.
 #pragma once
 
 #include <firn/core/tensor.hpp>

@@ -10,11 +10,11 @@ namespace firn {
 ///     f_i = −V0 τ N_i D⁻¹ (x_i − x_p)       [N]
 ///
 /// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i, and
-/// D = Σ N_i (x_i − x_p)(x_i − x_p)ᵀ. With an affine transfer, the affine field C is the velocity gradient that updates
-/// F.
+/// D = Σ N_i (x_i − x_p)(x_i − x_p)ᵀ. The velocity gradient that updates F is Σ N_i v_i (x_i − x_p)ᵀ D⁻¹, with the
+/// velocities v_i of the nodes: the work of the forces is the work of the stress. It is C of an affine transfer.
 ///
-/// Use MlsForce with spline kernels and an affine transfer: P2G then scatters stress and affine momentum together, and
-/// no gradients are computed.
+/// Use MlsForce with spline kernels: no gradients are computed, and with an affine transfer P2G scatters stress and
+/// affine momentum together.
 ///
 /// At a free surface that is neither parallel to an axis nor at 45°, MLS forces of a stress along the surface do not
 /// cancel, however many particles there are: along each axis, N_i D⁻¹ (x_i − x_p) is the gradient of another function.

@@ -12,9 +12,8 @@ namespace firn {
 /// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i. The velocity gradient
 /// that updates F is Σ v_i ⊗ ∇N_i.
 ///
-/// Use WeightGradientForce with the Linear kernel, with transfers that carry no affine field (Pic, Flip, Fmpm), and for
-/// comparison with classical MPM; with CompactQuartic for solids that bend far. WeightGradientForce works with every
-/// kernel.
+/// Use WeightGradientForce with the Linear kernel and for comparison with classical MPM; with CompactQuartic for solids
+/// that bend far. WeightGradientForce works with every kernel.
 ///
 /// Sulsky, Zhou and Schreyer 1995, "Application of a particle-in-cell method to solid mechanics"; Stomakhin et al.
 /// 2013, "A material point method for snow simulation", eq. (6).

@@ -10,16 +10,18 @@ namespace firn {
 template <class S, int D>
 struct G2PSums {
     Vec<S, D> velocity;  ///< Σ N_i v_i [m/s]
-    Mat<S, D> moment;    ///< Σ N_i v_i o_iᵀ [m/s]; only for affine transfers
+    Mat<S, D> moment;    ///< Σ N_i v_i o_iᵀ [m/s]; only if needed
     Mat<S, D> gradient;  ///< Σ v_i ∇N_iᵀ, with ∇N_i per cell [m/s]; only if needed
 };
 
-/// Whether G2P needs the sum Σ N_i v_i o_iᵀ. \see G2PSums
-template <class Kernel, class Transfer>
-inline constexpr bool g2p_needs_moment = Transfer::affine && (has_inertia<Kernel> || has_local_inertia<Kernel>);
+/// Whether G2P needs the sum Σ N_i v_i o_iᵀ: for the affine field that a particle keeps, or for the velocity gradient
+/// to which MLS forces are dual. \see G2PSums
+template <class Kernel, class Transfer, class Force>
+inline constexpr bool g2p_needs_moment = (Transfer::affine && (has_inertia<Kernel> || has_local_inertia<Kernel>)) ||
+                                         (!Force::weight_gradients && has_inertia<Kernel>);
 /// Whether G2P needs the sum Σ v_i ∇N_iᵀ. \see G2PSums
 template <class Kernel, class Transfer, class Force>
-inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
+inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer, Force>;
 
 /// The values of a particle that G2P computes from the grid.
 template <class S, int D>
@@ -29,32 +31,33 @@ struct G2PResult {
     Mat<S, D> velocity_gradient;  ///< velocity gradient ∇v, used to update the deformation gradient F [1/s]
 };
 
-/// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. With an affine
-/// transfer and MLS forces, the velocity gradient is C, because MLS forces are dual to C (Hu et al. 2018, §4).
-/// Otherwise the velocity gradient is Σ v_i ⊗ ∇N_i, with the velocities v_i and the weights N_i of the nodes.
+/// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. The force form
+/// decides the velocity gradient. With MLS forces and a spline it is B D⁻¹, whatever the particle keeps of it: the work
+/// of MLS forces is V0 τ : B D⁻¹ (Hu et al. 2018, §4). With gradients of weights it is Σ v_i ⊗ ∇N_i, with the
+/// velocities v_i and the weights N_i of the nodes.
 /// \param d  the particle's position relative to its centre node [cells];  \param h  cell size [m]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
-    G2PResult<S, D> result;
-    result.velocity = sums.velocity;
-    const S D_inverse = inverse_inertia<Kernel>(h);
-    if constexpr (Transfer::affine && has_local_inertia<Kernel>) {
-        Mat<S, D> C = sums.moment - outer(sums.velocity, d);
+    constexpr bool moment = g2p_needs_moment<Kernel, Transfer, Force>;
+    Mat<S, D> C;
+    if constexpr (!moment) {
+        C = sums.gradient * (S(1) / h);  // equals B D⁻¹ of APIC with linear weights
+    } else if constexpr (has_local_inertia<Kernel>) {
+        C = sums.moment - outer(sums.velocity, d);
         unroll<D>([&](auto j) FIRN_LAMBDA {
             const S scale = S(1) / (h * Kernel::inertia(d.v[j]));
             unroll<D>([&](auto i) FIRN_LAMBDA { C(i, j) = C(i, j) * scale; });
         });
-        result.affine = Transfer::affine_field(C);
-    } else if constexpr (g2p_needs_moment<Kernel, Transfer>)
-        result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h * D_inverse);
-    else if constexpr (Transfer::affine)
-        result.affine = Transfer::affine_field(sums.gradient * (S(1) / h));  // equals B D⁻¹ of APIC
-    else
-        result.affine = Mat<S, D>::zero();
-    if constexpr (g2p_needs_gradient<Kernel, Transfer, Force>)
+    } else {
+        C = (sums.moment - outer(sums.velocity, d)) * h * inverse_inertia<Kernel>(h);
+    }
+    G2PResult<S, D> result;
+    result.velocity = sums.velocity;
+    result.affine = Transfer::affine_field(C);
+    if constexpr (moment && g2p_needs_gradient<Kernel, Transfer, Force>)
         result.velocity_gradient = sums.gradient * (S(1) / h);
     else
-        result.velocity_gradient = result.affine;
+        result.velocity_gradient = C;
     return result;
 }
 

@@ -222,7 +222,7 @@ template <class Kernel, class Transfer, class Force, int D>
 void add_g2p(Module& module) {
     using R = recorded;
     using V = Vec<R, D>;
-    constexpr bool sum_moments = g2p_needs_moment<Kernel, Transfer>;
+    constexpr bool sum_moments = g2p_needs_moment<Kernel, Transfer, Force>;
     constexpr bool sum_gradients = g2p_needs_gradient<Kernel, Transfer, Force>;
     const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     detail::add_axis_sums<Kernel, D, 0, sum_moments, sum_gradients>(module);

@@ -114,7 +114,7 @@ TEMPLATE_TEST_CASE(
                 CHECK(cloud.C[p * D * D] == before.C[p * D * D]);  // is not written
             else if (taken.smallest_inertia > 0.02)
                 worst_C = std::max(worst_C, size(C - taken.affine));
-            constexpr bool of_C = TestType::Transfer::affine && !TestType::Force::weight_gradients;
+            constexpr bool of_C = !TestType::Force::weight_gradients;
             const auto F = Mat<double, D>::identity() + (of_C ? taken.affine : taken.gradient) * dt;
             worst_F = std::max(worst_F, size(by_definition::matrix<D>(cloud.F, p) - F));
         }
