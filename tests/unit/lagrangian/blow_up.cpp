@@ -11,6 +11,8 @@ using test_support::infinity;
 using test_support::message;
 using test_support::not_a_number;
 
+namespace blow_up_tests {
+
 namespace {
 
 using System = ParticleSystem<3, float>;
@@ -121,3 +123,5 @@ TEST_CASE("where no step is small enough the run warns once, and does not hang",
     CHECK_THROWS_AS(system.step(1e-3), particle_error);
     CHECK(warnings == 1);
 }
+
+}  // namespace blow_up_tests

@@ -9,6 +9,8 @@ using test_support::check_refused;
 using test_support::infinity;
 using test_support::not_a_number;
 
+namespace wrong_input_tests {
+
 namespace {
 
 using System = ParticleSystem<2, double>;
@@ -90,3 +92,5 @@ TEST_CASE("emitters that owe more than can be counted, or than there are ids", "
     system.add_emitter({.rate = 1e15});  // skips what was due until now, at once
     check_refused<parameter_error>([&] { system.step(1e-3); }, "there are ids for 4294967291 more");
 }
+
+}  // namespace wrong_input_tests
