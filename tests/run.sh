@@ -261,10 +261,10 @@ if [[ $full == yes ]]; then
     wgsl_stage tests-release --large
     if [[ $clang == yes ]]; then
         stage 'determinism, portable build, g++' tests-portable firn_determinism_tests determinism "${portable[@]}"
-        stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}"
+        stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}" -DFIRN_TEST_UNITY=ON
         export TSAN_OPTIONS=ignore_noninstrumented_modules=1 OMP_TOOL_LIBRARIES=/usr/lib/llvm-19/lib/libarcher.so
         stage 'unit and determinism tests with ThreadSanitizer' tests-tsan firn_threaded_tests 'unit|determinism' \
-            "${sanitizer[@]}" "${with_clang[@]}" -DFIRN_SANITIZE=thread
+            "${sanitizer[@]}" "${with_clang[@]}" -DFIRN_SANITIZE=thread -DFIRN_TEST_UNITY=ON
         unset TSAN_OPTIONS OMP_TOOL_LIBRARIES
     fi
     firn_install benchmark

@@ -1,4 +1,3 @@
-// sanitized: -O1
 /// \file The examples' renderer and PNG writer: what hides what, what is refused, and that pictures repeat.
 #include "../../../examples/support/renderer.hpp"
 
