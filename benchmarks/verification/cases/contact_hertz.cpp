@@ -155,7 +155,8 @@ int main(int argc, char** argv) {
     errors.curves.push_back(errors_of("cylinders, b", widths));
     errors.curves.push_back(errors_of("cylinders, p₀", pressures));
 
-    const std::vector<int> sizes = quick ? std::vector<int>{8, 12} : std::vector<int>{8, 16, 24};
+    // A line through two sizes that are close to each other would multiply their errors when it is extrapolated.
+    const std::vector<int> sizes = quick ? std::vector<int>{8, 16} : std::vector<int>{8, 16, 24};
     struct Under {
         const char *name, *plot, *title;
         double stiffness, height;
