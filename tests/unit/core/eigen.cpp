@@ -14,6 +14,8 @@
 
 using namespace firn;
 
+namespace eigen_tests {
+
 namespace {
 
 using V = Vec<double, 3>;
@@ -155,3 +157,5 @@ TEST_CASE("A vector of two numbers in space has none along the third axis", "[co
     const V numbers{{1, 2, 3}};
     CHECK(numbers == sum(1, 2, 3));
 }
+
+}  // namespace eigen_tests

@@ -3,6 +3,7 @@
 /// \file Signed distances from a mesh on a grid, and the collider that interpolates them: against every triangle in
 /// turn, against the ball and the box that meshes stand for.
 #include "support/catch.hpp"
+#include "support/not_finite.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
@@ -233,8 +234,9 @@ TEST_CASE("meshes and grids that cannot be are refused, and memory is counted be
         }
         return std::string("nothing");
     };
-    const double not_a_number = std::numeric_limits<double>::quiet_NaN();
-    for (const double bad : {0.0, -0.1, not_a_number, std::numeric_limits<double>::infinity()})
+    using test_support::infinity;
+    using test_support::not_a_number;
+    for (const double bad : {0.0, -0.1, not_a_number, infinity})
         CHECK(words_of(cube, {.spacing = bad}).find("spacing") != std::string::npos);
     for (const double bad : {-1.0, 0.05, not_a_number})
         CHECK(words_of(cube, {.spacing = 0.1, .band = bad}).find("band") != std::string::npos);

@@ -126,8 +126,8 @@ TEST_CASE("Ctrl-C ends a run after the step, with a state; results say of which 
           "[examples]") {
     const TemporaryFolder folder;
     for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
-        const Course course(Course::options_in(folder.path()), [signal = signal](int step) {
-            if (step == 4) std::raise(signal);
+        const Course course(Course::options_in(folder.path()), [raised = signal](int step) {
+            if (step == 4) std::raise(raised);
         });
         CHECK(course.calls == std::vector<std::string>{"write", "write", "write", "finish"});
         CHECK(course.says("interrupted after 4 steps"));
