@@ -141,10 +141,9 @@ bool add_coloured(const std::string& scene_name, Scene<3> (*make_scene)(), const
 
 /// Registers step/SCENE/coloured/threads:N for the two cubes (in 2D: squares) with other policies.
 template <class S, class Transfer, int D, class Force = firn::MlsForce, class Kernel = firn::QuadraticBSpline>
-bool add_two_cubes(const char* scene_name) {
+bool add_two_cubes(const char* scene_name, Scene<D> (*make_scene)() = +[] { return two_cubes<D>(); }) {
     for (const int threads : {1, 2})
-        add_step<S, Transfer, Force, Kernel>(
-            scene_name, +[] { return two_cubes<D>(); }, firn::Coloured{threads}, threads);
+        add_step<S, Transfer, Force, Kernel>(scene_name, make_scene, firn::Coloured{threads}, threads);
     return true;
 }
 

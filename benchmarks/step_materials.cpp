@@ -1,5 +1,6 @@
-/// \file What each material costs, and several on one grid: step/cubes/MATERIAL/threads:1 is four cubes of 35,937
-/// particles in motion, all of one material; step/cubes/four/threads:1 has a cube of each of four.
+/// \file What each material costs, and several on one grid: step/cubes/MATERIAL/threads:N is four cubes of 35,937
+/// particles in motion, all of one material; step/cubes/four/threads:N has a cube of each of four. step/cubes/sand_1m
+/// has a million particles, sand_8m, with FIRN_BENCHMARK_FULL, eight.
 #include <firn/firn.hpp>
 
 #include "step.hpp"
@@ -10,38 +11,48 @@ using Point = firn::Vec<double, 3>;
 
 constexpr double density = 1, young = 1e3, poisson = 0.3;
 
-/// The cubes fall onto each other two and two, and yield where their material does.
+constexpr int usual = 33;  // particles along a side of a cube
+
+/// The cubes fall onto each other two and two, and yield where their material does. They have n³ particles each.
 template <class Simulation, class Add>
-std::unique_ptr<Simulation> four_cubes(const typename Simulation::material_type& material, const Add& add) {
-    const firn::Domain<3> domain{{0, 0, 0}, {1, 1, 1}, 1.0 / 128};
-    auto made = std::make_unique<Simulation>(domain, material, firn::Coloured{1});
-    const double spacing = domain.cell_size / 2, side = 33 * spacing;
+std::unique_ptr<Simulation> four_cubes(const typename Simulation::material_type& material, int n, int threads,
+                                       const Add& add) {
+    const double finer = double(usual) / n;
+    const firn::Domain<3> domain{{0, 0, 0}, {1, 1, 1}, finer / 128};
+    auto made = std::make_unique<Simulation>(domain, material, firn::Coloured{threads});
+    const double spacing = domain.cell_size / 2, side = n * spacing;
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
     for (int k = 0; k < 4; ++k) {
         const Point lower{0.3 + 0.2 * (k % 2), k < 2 ? 0.4 : 0.42 + side, 0.4};
         const Point upper = lower + Point::filled(side);
         add(*made, k, firn::sample_box<3>(lower, upper, filling), Point{0.5, k < 2 ? 1.0 : -1.5, 0.0});
     }
-    made->fixed_time_step = scenes::time_step;
+    made->fixed_time_step = finer * scenes::time_step;
     made->most_steps_between_sorts = 10;
     return made;
 }
 
 template <class Simulation, class Add>
-void add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add) {
-    benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:1").c_str(), [material,
-                                                                                 add](benchmark::State& state) {
-        scenes::time_steps(state, {.before = 20, .all = 200}, 4 * 35'937,
-                           [&] { return four_cubes<Simulation>(material, add); });
-    })->Unit(benchmark::kMillisecond);
+void add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add,
+               int n = usual) {
+    for (const int threads : {1, 2})
+        benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:" + std::to_string(threads)).c_str(),
+                                     [=](benchmark::State& state) {
+                                         scenes::time_steps(
+                                             state, {.before = 20, .all = 200}, std::size_t(4) * n * n * n,
+                                             [&] { return four_cubes<Simulation>(material, n, threads, add); });
+                                     })
+            ->Unit(benchmark::kMillisecond);
 }
 
 template <class Material>
-bool add_material(const Material& material) {
+bool add_material(const Material& material, const std::string& suffix = "", int n = usual) {
     add_cubes<firn::Simulation<3, Material>>(
-        Material::name, material, [](auto& simulation, int, const firn::Samples<3>& cube, const Point& velocity) {
+        Material::name + suffix, material,
+        [](auto& simulation, int, const firn::Samples<3>& cube, const Point& velocity) {
             simulation.add(cube, density, velocity);
-        });
+        },
+        n);
     return true;
 }
 
@@ -62,6 +73,8 @@ const bool added[] = {
     add_material(firn::VonMises<float>::from_properties({.young = young, .poisson = poisson, .yield_stress = 20})),
     add_material(water),
     add_material(sand),
+    add_material(sand, "_1m", 63),
+    scenes::full() && add_material(sand, "_8m", 126),
     add_material(snow),
     add_material(firn::Nacc<float>::from_properties({.young = young, .poisson = poisson, .consolidation = 20})),
 };
