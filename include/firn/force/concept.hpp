@@ -7,9 +7,9 @@
 ///     N_i A (x_i − x_p)/h  +  G ∇N_i,        ∇N_i in [1/cell]
 ///
 /// with two matrices A and G. x_i is the position of the node, x_p the position of the particle, and h the cell size. A
-/// force form also decides which velocity gradient updates F. If `weight_gradients` is true, or if the kernel's D is
-/// not constant, the velocity gradient is Σ v_i ⊗ ∇N_i; else B D⁻¹ with B = Σ N_i v_i (x_i − x_p)ᵀ, whether the
-/// transfer keeps this field or not.
+/// force form also decides which velocity gradient updates F. If `weight_gradients` is true, it is Σ v_i ⊗ ∇N_i. Else
+/// it is B D⁻¹ with B = Σ N_i v_i (x_i − x_p)ᵀ, whether the transfer keeps this field or not, if G2P sums B (see
+/// g2p_needs_moment); a kernel without a constant D may leave Σ v_i ⊗ ∇N_i in its place.
 #pragma once
 
 #include <firn/core/tensor.hpp>

@@ -1,4 +1,4 @@
-// A particle that goes to the store of another process keeps all that it has, its contact group as well.
+/// \file A particle that goes to the store of another process keeps all that it has, its contact group as well.
 #include "support/catch.hpp"
 #include <firn/data/particles.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
