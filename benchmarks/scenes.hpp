@@ -158,6 +158,12 @@ inline Scene<3> all_of_two_cubes() {
     return scene;
 }
 
+/// The two cubes of as many particles.
+template <std::size_t particles>
+Scene<3> cubes_of() {
+    return two_cubes<3>(particles);
+}
+
 /// The two cubes of 144,054 particles.
 template <class Simulation>
 void add_two_cubes(Simulation& simulation) {

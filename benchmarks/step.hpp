@@ -124,19 +124,23 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
         ->Unit(benchmark::kMillisecond);
 }
 
+/// Registers NAME/threads:1 and NAME/threads:2, which call run(state, threads).
+template <class Run>
+bool add_on_threads(const std::string& name, const Run& run) {
+    for (const int threads : {1, 2})
+        benchmark::RegisterBenchmark((name + "/threads:" + std::to_string(threads)).c_str(),
+                                     [=](benchmark::State& state) { run(state, threads); })
+            ->Unit(benchmark::kMillisecond);
+    return true;
+}
 /// Registers step/SCENE/coloured/threads:N, for what make(scene, threads) returns: a pointer to a simulation of the
 /// scene.
 template <class Make>
 bool add_coloured(const std::string& scene_name, Scene<3> (*make_scene)(), const Make& make) {
-    for (const int threads : {1, 2})
-        benchmark::RegisterBenchmark(("step/" + scene_name + "/coloured/threads:" + std::to_string(threads)).c_str(),
-                                     [=](benchmark::State& state) {
-                                         const Scene<3> scene = make_scene();
-                                         time_steps(state, scene.steps, scene.size(),
-                                                    [&] { return make(scene, threads); });
-                                     })
-            ->Unit(benchmark::kMillisecond);
-    return true;
+    return add_on_threads("step/" + scene_name + "/coloured", [=](benchmark::State& state, int threads) {
+        const Scene<3> scene = make_scene();
+        time_steps(state, scene.steps, scene.size(), [&] { return make(scene, threads); });
+    });
 }
 
 /// Registers step/SCENE/coloured/threads:N for the two cubes (in 2D: squares) with other policies.

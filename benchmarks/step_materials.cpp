@@ -33,27 +33,22 @@ std::unique_ptr<Simulation> four_cubes(const typename Simulation::material_type&
 }
 
 template <class Simulation, class Add>
-void add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add,
+bool add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add,
                int n = usual) {
-    for (const int threads : {1, 2})
-        benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:" + std::to_string(threads)).c_str(),
-                                     [=](benchmark::State& state) {
-                                         scenes::time_steps(
-                                             state, {.before = 20, .all = 200}, std::size_t(4) * n * n * n,
-                                             [&] { return four_cubes<Simulation>(material, n, threads, add); });
-                                     })
-            ->Unit(benchmark::kMillisecond);
+    return scenes::add_on_threads("step/cubes/" + name, [=](benchmark::State& state, int threads) {
+        scenes::time_steps(state, {.before = 20, .all = 200}, std::size_t(4) * n * n * n,
+                           [&] { return four_cubes<Simulation>(material, n, threads, add); });
+    });
 }
 
 template <class Material>
 bool add_material(const Material& material, const std::string& suffix = "", int n = usual) {
-    add_cubes<firn::Simulation<3, Material>>(
+    return add_cubes<firn::Simulation<3, Material>>(
         Material::name + suffix, material,
         [](auto& simulation, int, const firn::Samples<3>& cube, const Point& velocity) {
             simulation.add(cube, density, velocity);
         },
         n);
-    return true;
 }
 
 using Elastic = firn::FixedCorotated<float>;
@@ -81,7 +76,7 @@ const bool added[] = {
 
 const bool added_four = [] {
     using Four = firn::Materials<Elastic, Water, Sand, Snow>;
-    add_cubes<firn::Simulation<3, Four>>(
+    return add_cubes<firn::Simulation<3, Four>>(
         "four", {elastic, water, sand, snow},
         [](auto& simulation, int k, const firn::Samples<3>& cube, const Point& velocity) {
             if (k == 0) simulation.template set<0>().add(cube, density, velocity);
@@ -89,7 +84,6 @@ const bool added_four = [] {
             if (k == 2) simulation.template set<2>().add(cube, density, velocity);
             if (k == 3) simulation.template set<3>().add(cube, density, velocity);
         });
-    return true;
 }();
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 namespace {
 
+using scenes::cubes_of;
 using scenes::Matter;
 using scenes::Scene;
-using scenes::two_cubes;
 using Point = firn::Vec<double, 3>;
 
 /// One body of particles on a jittered lattice in a box.
@@ -122,11 +122,6 @@ Scene<3> ball(int cells, double from_corner) {
 }
 Scene<3> near_corner() { return ball(64, 32); }
 Scene<3> far_corner() { return ball(4096, -32); }
-
-template <std::size_t particles>
-Scene<3> cubes_of() {
-    return two_cubes<3>(particles);
-}
 
 benchmark::internal::Benchmark* add(const std::string& name, Scene<3> (*make)(), int threads) {
     return scenes::add_step<float, firn::Apic>(name, make, firn::Coloured{threads}, threads);

@@ -4,9 +4,9 @@
 
 namespace {
 const bool flip = scenes::add_two_cubes<float, firn::Flip<float>, 3>("two_cubes_flip");
-const bool flip_1m = scenes::add_two_cubes<float, firn::Flip<float>, 3>(
-    "two_cubes_flip_1m", +[] { return scenes::two_cubes<3>(1'000'000); });
-const bool flip_8m = scenes::full() && scenes::add_two_cubes<float, firn::Flip<float>, 3>(
-                                           "two_cubes_flip_8m", +[] { return scenes::two_cubes<3>(8'000'000); });
+const bool flip_1m =
+    scenes::add_two_cubes<float, firn::Flip<float>, 3>("two_cubes_flip_1m", scenes::cubes_of<1'000'000>);
+const bool flip_8m = scenes::full() && scenes::add_two_cubes<float, firn::Flip<float>, 3>("two_cubes_flip_8m",
+                                                                                          scenes::cubes_of<8'000'000>);
 const bool fmpm = scenes::add_two_cubes<float, firn::Fmpm, 3>("two_cubes_fmpm");
 }  // namespace
