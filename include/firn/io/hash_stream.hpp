@@ -18,9 +18,10 @@ public:
     HashStream() { firn_xxh3_reset(state_); }
 
     /// Adds the next piece of the array.
-    template <class T>
-    void add(std::span<const T> numbers) {
-        with_little_endian_bytes(numbers, [this](std::span<const std::byte> bytes) {
+    /// \param numbers       the bytes of the piece's numbers
+    /// \param number_bytes  the size of one number [bytes]
+    void add(std::span<const std::byte> numbers, std::size_t number_bytes) {
+        with_little_endian_bytes(numbers, number_bytes, [this](std::span<const std::byte> bytes) {
             if (!bytes.empty()) firn_xxh3_update(state_, bytes.data(), bytes.size());
         });
     }

@@ -16,6 +16,7 @@
 #include <hdf5.h>
 
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -144,22 +145,36 @@ FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE,
 #undef FIRN_HDF5_NUMBER
 /// \endcond
 
-/// Returns whether `type`, the type of the values in a file, is the number type T, in little-endian or big-endian byte
+/// What Number says of one type, as values, so that a function which uses it is compiled once.
+struct NumberType {
+    hid_t memory, file, big_endian;  ///< HDF5's types, as in Number.
+    std::size_t bytes;               ///< Size of one number [bytes].
+    std::string_view name;           ///< Name for messages, such as "64-bit float".
+};
+/// Returns the NumberType of the C++ number type T, one of those that Number has.
+template <class T>
+NumberType number_type() {
+    return {Number<T>::memory(), Number<T>::file(), Number<T>::big_endian(), sizeof(T), Number<T>::name};
+}
+
+/// Returns whether `type`, the type of the values in a file, is this number type, in little-endian or big-endian byte
 /// order.
+inline bool is_number(const Datatype& type, const NumberType& number) {
+    return check(H5Tequal(type.id(), number.file), "compare types") > 0 ||
+           check(H5Tequal(type.id(), number.big_endian), "compare types") > 0;
+}
+/// Returns whether `type` is the number type T.
 template <class T>
 bool is_number(const Datatype& type) {
-    return check(H5Tequal(type.id(), Number<T>::file()), "compare types") > 0 ||
-           check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
+    return is_number(type, number_type<T>());
 }
 
 /// Returns the name of the type `type` for messages, such as "64-bit float" or "string".
 inline std::string_view type_name(const Datatype& type) {
-    if (is_number<float>(type)) return Number<float>::name;
-    if (is_number<double>(type)) return Number<double>::name;
-    if (is_number<std::uint8_t>(type)) return Number<std::uint8_t>::name;
-    if (is_number<std::int32_t>(type)) return Number<std::int32_t>::name;
-    if (is_number<std::int64_t>(type)) return Number<std::int64_t>::name;
-    if (is_number<std::uint64_t>(type)) return Number<std::uint64_t>::name;
+    for (const NumberType& number :
+         {number_type<float>(), number_type<double>(), number_type<std::uint8_t>(), number_type<std::int32_t>(),
+          number_type<std::int64_t>(), number_type<std::uint64_t>()})
+        if (is_number(type, number)) return number.name;
     return H5Tget_class(type.id()) == H5T_STRING ? "string" : "type that firn does not know";
 }
 

@@ -10,7 +10,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,32 +24,30 @@ namespace detail {
     return firn_xxh3_64bits(bytes.data(), bytes.size());
 }
 
-/// Calls f(bytes) with the numbers as little-endian bytes, so that a hash of them does not depend on the byte order of
-/// the machine, and returns the result of the call.
-template <std::endian Order = std::endian::native, class T, class F>
-auto with_little_endian_bytes(std::span<const T> numbers, const F& f) {
-    const auto bytes = std::as_bytes(numbers);
-    if constexpr (Order == std::endian::little || sizeof(T) == 1) {
-        return f(bytes);
-    } else {
-        std::vector<std::byte> turned(bytes.begin(), bytes.end());
-        for (std::size_t at = 0; at < turned.size(); at += sizeof(T))
-            std::reverse(turned.begin() + std::ptrdiff_t(at), turned.begin() + std::ptrdiff_t(at + sizeof(T)));
-        return f(std::span<const std::byte>(turned));
-    }
+/// Calls f(bytes) with numbers as little-endian bytes, so that a hash of them does not depend on the byte order of the
+/// machine, and returns the result of the call.
+/// \param numbers       the bytes of the numbers, in the byte order `Order`
+/// \param number_bytes  the size of one number [bytes]
+template <std::endian Order = std::endian::native, class F>
+auto with_little_endian_bytes(std::span<const std::byte> numbers, std::size_t number_bytes, const F& f) {
+    if (Order == std::endian::little || number_bytes == 1) return f(numbers);
+    std::vector<std::byte> turned(numbers.begin(), numbers.end());
+    for (std::size_t at = 0; at < turned.size(); at += number_bytes)
+        std::reverse(turned.begin() + std::ptrdiff_t(at), turned.begin() + std::ptrdiff_t(at + number_bytes));
+    return f(std::span<const std::byte>(turned));
 }
 
-/// Returns the hash of an array of numbers, as little-endian bytes.
-template <std::endian Order = std::endian::native, class T>
-std::uint64_t hash_numbers(std::span<const T> numbers) {
-    return with_little_endian_bytes<Order>(numbers, hash_bytes);
+/// Returns the hash of numbers, as little-endian bytes.
+template <std::endian Order = std::endian::native>
+std::uint64_t hash_numbers(std::span<const std::byte> numbers, std::size_t number_bytes) {
+    return with_little_endian_bytes<Order>(numbers, number_bytes, hash_bytes);
 }
 
 /// A sequence of bytes that is built from texts and numbers, and the hash of this sequence. The length of each text
 /// comes before the text, so that different texts and numbers never give the same bytes.
 class HashedRecord {
 public:
-    HashedRecord& add(std::uint64_t number) {
+    [[gnu::noinline]] HashedRecord& add(std::uint64_t number) {
         for (int i = 0; i < 8; ++i) bytes_ += char(number >> (8 * i));
         return *this;
     }
@@ -58,13 +56,8 @@ public:
         bytes_ += text;
         return *this;
     }
-    template <class T>
-    HashedRecord& add_numbers(const std::vector<T>& numbers) {
-        return add_numbers(StateArray<T>(numbers));
-    }
-    template <class T>
-    HashedRecord& add_numbers(const StateArray<T>& array) {
-        return add(array.count).add(array.is_here() ? hash_numbers(array.span()) : array.hash);
+    HashedRecord& add_numbers(const StateArray& array) {
+        return add(array.count).add(array.is_here() ? hash_numbers(array.bytes(), bytes_of(array.kind)) : array.hash);
     }
     std::uint64_t hash() const { return hash_bytes(std::as_bytes(std::span(bytes_))); }
 
@@ -72,36 +65,32 @@ private:
     std::string bytes_;
 };
 
+/// The hashes of items, added up, because the sum does not depend on the order of the items. If two items exchange
+/// their values, the sum changes, because the hash of an item includes its name, and the names differ.
+struct SumOfHashes {
+    std::uint64_t count = 0, sum = 0;
+
+    void add(const HashedRecord& item) { ++count, sum += item.hash(); }
+};
+
 /// Returns the digest of the state that has this outline. Arrays that are elsewhere must have their hashes.
-template <state_scalar S, class Holds>
-std::uint64_t digest_of(const StateOutline<S>& state, const Holds& holds) {
-    using Record = HashedRecord;
-    Record whole;
-    whole.add("firn state").add(sizeof(S)).add(std::uint64_t(state.dimension)).add(state.step);
+/// \param holds  holds(name) says whether the field `name` is included
+inline std::uint64_t digest_of(const StateOutline& state, const std::function<bool(std::string_view)>& holds) {
+    HashedRecord whole;
+    whole.add("firn state").add(bytes_of(state.scalar)).add(std::uint64_t(state.dimension)).add(state.step);
     whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.last_time_step));
     whole.add_numbers(state.id).add_numbers(state.body).add_numbers(state.facets);
 
-    // The hashes of the items are added up, because the sum does not depend on the order of the items. If two items
-    // exchange their values, the sum changes, because the hash of an item includes its name, and the names differ.
-    const auto add_all = [&whole](const auto& items, const auto& hash_of) {
-        std::uint64_t count = 0, sum = 0;
-        for (const auto& item : items) {
-            if (const auto record = hash_of(item)) ++count, sum += record->hash();
-        }
-        whole.add(count).add(sum);
-    };
-    using Maybe = std::optional<Record>;
-    add_all(state.fields, [&](const auto& f) -> Maybe {
-        if (!holds(f.name)) return {};
-        return Record().add(f.name).add(f.unit).add(std::uint64_t(f.components)).add_numbers(f.values);
-    });
-    add_all(state.parameters, [](const StateParameter& p) -> Maybe {
-        return Record().add(p.group).add(p.name).add(p.unit).add_numbers(p.values);
-    });
-    add_all(state.attributes, [](const StateAttribute& a) -> Maybe { return Record().add(a.name).add(a.value); });
-    add_all(state.tables, [](const auto& t) -> Maybe {
-        return Record().add(t.name).add(std::uint64_t(t.columns)).add_numbers(t.values);
-    });
+    SumOfHashes fields, parameters, attributes, tables;
+    for (const auto& f : state.fields)
+        if (holds(f.name))
+            fields.add(HashedRecord().add(f.name).add(f.unit).add(std::uint64_t(f.components)).add_numbers(f.values));
+    for (const StateParameter& p : state.parameters)
+        parameters.add(HashedRecord().add(p.group).add(p.name).add(p.unit).add_numbers(p.values));
+    for (const StateAttribute& a : state.attributes) attributes.add(HashedRecord().add(a.name).add(a.value));
+    for (const auto& t : state.tables)
+        tables.add(HashedRecord().add(t.name).add(std::uint64_t(t.columns)).add_numbers(t.values));
+    for (const SumOfHashes& items : {fields, parameters, attributes, tables}) whole.add(items.count).add(items.sum);
     return whole.hash();
 }
 
@@ -118,7 +107,7 @@ std::uint64_t digest_of(const StateOutline<S>& state, const Holds& holds) {
 /// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
 template <state_scalar S, class Holds>
 std::uint64_t digest(const State<S>& state, const Holds& holds) {
-    return detail::digest_of(detail::StateOutline<S>(state), holds);
+    return detail::digest_of(detail::StateOutline(state), std::cref(holds));
 }
 
 /// Returns the digest of a state, with all fields included.

@@ -124,18 +124,29 @@ inline std::optional<std::string> read_text(hid_t owner, const std::string& name
     return text.substr(0, text.find('\0'));
 }
 
-template <class T = std::int64_t>
-std::optional<T> read_integer(hid_t owner, const std::string& name) {
+/// Reads an attribute that is one number.
+/// \param value  where the number goes, as `type` has it in memory
+/// \return whether the attribute exists
+/// \throws io_error  if the attribute is not one number of this type
+inline bool read_number(hid_t owner, const std::string& name, const hdf5::NumberType& number, void* value) {
     const std::string tried = "read the attribute " + name;
-    if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
+    if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return false;
     const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
     const hdf5::Datatype type(H5Aget_type(attribute.id()), tried);
     const hdf5::Dataspace space(H5Aget_space(attribute.id()), tried);
-    if (!hdf5::is_number<T>(type) || H5Sget_simple_extent_npoints(space.id()) != 1) {
-        throw io_error(sentence("the attribute '", name, "' is not one ", hdf5::Number<T>::name));
+    if (!hdf5::is_number(type, number) || H5Sget_simple_extent_npoints(space.id()) != 1) {
+        throw io_error(sentence("the attribute '", name, "' is not one ", number.name));
     }
+    hdf5::check(H5Aread(attribute.id(), number.memory, value), tried);
+    return true;
+}
+
+/// Reads an attribute that is one integer; nullopt if it does not exist.
+/// \throws io_error  if the attribute is not one integer of type T
+template <class T = std::int64_t>
+std::optional<T> read_integer(hid_t owner, const std::string& name) {
     T value = 0;
-    hdf5::check(H5Aread(attribute.id(), hdf5::Number<T>::memory(), &value), tried);
+    if (!read_number(owner, name, hdf5::number_type<T>(), &value)) return {};
     return value;
 }
 
@@ -158,13 +169,16 @@ public:
     explicit DatasetReader(std::uintmax_t file_bytes, const RowsPart& part = {})
         : file_bytes_(file_bytes), unread_bytes_(file_bytes), part_(part) {}
 
-    template <class T>
-    struct Table {
+    /// What a table has beside its values.
+    struct Outline {
         hsize_t rows = 0;  ///< Number of rows of the dataset; `values` may have only a part of them.
         hsize_t columns = 1;
-        std::vector<T> values;
         std::string unit;
         std::optional<std::int64_t> components;
+    };
+    template <class T>
+    struct Table : Outline {
+        std::vector<T> values;
     };
 
     /// Reads a dataset of numbers of type T. The rank of the dataset must be 1, or 2 with at most 1024 columns.
@@ -190,13 +204,31 @@ public:
 private:
     template <class T>
     Table<T> read_rows(hid_t parent, const std::string& name, std::optional<hsize_t> rows, const RowsPart& part) {
+        Table<T> table;
+        const OpenTable open = open_table(parent, name, hdf5::number_type<T>(), rows, table);
+        table.values.resize(std::size_t(part.count(table.rows) * table.columns));
+        if (!table.values.empty()) read_values(open, table, part, table.values.data());
+        return table;
+    }
+
+    /// A dataset whose values are still to be read.
+    struct OpenTable {
+        std::string tried;  ///< for messages
+        hdf5::Dataset dataset;
+        hdf5::Dataspace space;
+        int rank;
+        hid_t memory_type;
+    };
+
+    /// Opens a dataset, checks it as read() says, and reads what it has beside its values into `table`.
+    OpenTable open_table(hid_t parent, const std::string& name, const hdf5::NumberType& number,
+                         std::optional<hsize_t> rows, Outline& table) {
         const std::string tried = "read the dataset " + name;
         require_member(parent, name);
-        const hdf5::Dataset dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), tried);
-        const hdf5::Datatype type(H5Dget_type(dataset.id()), tried);
-        require_type<T>(type, name);
+        hdf5::Dataset dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), tried);
+        require_type({H5Dget_type(dataset.id()), tried}, name, number);
 
-        const hdf5::Dataspace space(H5Dget_space(dataset.id()), tried);
+        hdf5::Dataspace space(H5Dget_space(dataset.id()), tried);
         const int rank = hdf5::check(H5Sget_simple_extent_ndims(space.id()), tried);
         if (H5Sget_simple_extent_type(space.id()) != H5S_SIMPLE || rank < 1 || rank > 2) {
             throw io_error(sentence("the dataset '", name, "' has rank ", rank, "; 1 or 2 is allowed"));
@@ -210,40 +242,36 @@ private:
         if (extent[1] < 1 || extent[1] > 1024) {
             throw io_error(sentence("the dataset '", name, "' has ", extent[1], " columns; 1 to 1024 are allowed"));
         }
-        account(dataset, name, extent[0], extent[1], sizeof(T));
+        account(dataset, name, extent[0], extent[1], number.bytes);
 
-        Table<T> table{extent[0], extent[1], {}, {}, read_integer(dataset.id(), "components")};
-        table.unit = read_text(dataset.id(), "unit").value_or("");
-        const hsize_t first[2] = {part.first(extent[0]), 0}, count[2] = {part.count(extent[0]), extent[1]};
-        table.values.resize(std::size_t(count[0] * count[1]));
-        if (table.values.empty()) return table;
-        if (part.parts == 1) {
-            hdf5::check(
-                H5Dread(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()),
-                tried);
-        } else {
-            const hdf5::Dataspace here(H5Screate_simple(rank, count, nullptr), tried);
-            hdf5::check(H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, first, nullptr, count, nullptr), tried);
-            hdf5::check(H5Dread(dataset.id(), hdf5::Number<T>::memory(), here.id(), space.id(), H5P_DEFAULT,
-                                table.values.data()),
-                        tried);
-        }
-        return table;
+        table = {extent[0], extent[1], read_text(dataset.id(), "unit").value_or(""),
+                 read_integer(dataset.id(), "components")};
+        return {tried, std::move(dataset), std::move(space), rank, number.memory};
     }
 
-    template <class T>
-    static void require_type(const hdf5::Datatype& type, const std::string& name) {
-        if (hdf5::is_number<T>(type)) return;
-        const auto found = hdf5::type_name(type);
-        std::string advice;
-        if constexpr (state_scalar<T>) {
-            using Other = std::conditional_t<std::same_as<T, float>, double, float>;
-            if (hdf5::is_number<Other>(type)) {
-                advice =
-                    std::same_as<T, float> ? "; read it with read_state<double>" : "; read it with read_state<float>";
-            }
+    /// Reads a part of the rows of a dataset, which is not empty, to `values`.
+    static void read_values(const OpenTable& open, const Outline& table, const RowsPart& part, void* values) {
+        const hid_t dataset = open.dataset.id(), space = open.space.id();
+        if (part.parts == 1) {
+            hdf5::check(H5Dread(dataset, open.memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), open.tried);
+            return;
         }
-        throw io_error(sentence("the dataset '", name, "' is of ", found, " where ", hdf5::Number<T>::name,
+        const hsize_t first[2] = {part.first(table.rows), 0}, count[2] = {part.count(table.rows), table.columns};
+        const hdf5::Dataspace here(H5Screate_simple(open.rank, count, nullptr), open.tried);
+        hdf5::check(H5Sselect_hyperslab(space, H5S_SELECT_SET, first, nullptr, count, nullptr), open.tried);
+        hdf5::check(H5Dread(dataset, open.memory_type, here.id(), space, H5P_DEFAULT, values), open.tried);
+    }
+
+    static void require_type(const hdf5::Datatype& type, const std::string& name, const hdf5::NumberType& number) {
+        if (hdf5::is_number(type, number)) return;
+        const auto other = [&](const std::string_view wanted, const std::string_view found) {
+            return number.name == wanted && hdf5::type_name(type) == found;
+        };
+        using hdf5::Number;
+        const char* advice = "";
+        if (other(Number<float>::name, Number<double>::name)) advice = "; read it with read_state<double>";
+        if (other(Number<double>::name, Number<float>::name)) advice = "; read it with read_state<float>";
+        throw io_error(sentence("the dataset '", name, "' is of ", hdf5::type_name(type), " where ", number.name,
                                 " is expected", advice));
     }
 

@@ -37,6 +37,7 @@
 #include <firn/io/state_outline.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -142,6 +143,24 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
     return properties;
 }
 
+/// Returns HDF5's types for a kind of numbers.
+inline hdf5::NumberType number_type(NumberKind kind) {
+    switch (kind) {
+        case NumberKind::f32:
+            return hdf5::number_type<float>();
+        case NumberKind::f64:
+            return hdf5::number_type<double>();
+        case NumberKind::u8:
+            return hdf5::number_type<std::uint8_t>();
+        case NumberKind::i32:
+            return hdf5::number_type<std::int32_t>();
+        case NumberKind::i64:
+            return hdf5::number_type<std::int64_t>();
+        default:
+            return hdf5::number_type<std::uint64_t>();
+    }
+}
+
 /// Attributes to write with a dataset.
 struct DatasetNotes {
     std::optional<std::string_view> unit = {};  ///< The attribute `unit`; not written if nullopt.
@@ -165,8 +184,7 @@ public:
     /// \param digest  digest of the parts of the state that are written; the digest is stored in the file. nullopt: the
     ///                digest is known later, and finish() must be called.
     /// \throws io_error  if HDF5 fails
-    template <class S>
-    StateFile(const StateOutline<S>& state, const StateOptions& options, std::optional<std::uint64_t> digest)
+    StateFile(const StateOutline& state, const StateOptions& options, std::optional<std::uint64_t> digest)
         : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
         write_firn_group(state, digest.value_or(0));
         write_vtk_group(state, options);
@@ -192,20 +210,19 @@ public:
     const hdf5::FileImage& image() const { return image_; }
 
 private:
-    /// Writes a dataset of numbers of type T. The rank of the dataset is 1 if `columns` is 1; otherwise it is 2 (rows,
+    /// Writes an array as a dataset. The rank of the dataset is 1 if `columns` is 1; otherwise it is 2 (rows,
     /// columns).
     /// \param values  the numbers, row by row; the array must exist until write() has returned
-    template <class T>
-    void write_dataset(hid_t parent, const std::string& name, const StateArray<T>& values, hsize_t columns = 1,
+    void write_dataset(hid_t parent, const std::string& name, const StateArray& values, hsize_t columns = 1,
                        const DatasetNotes& notes = {}) {
         const std::string tried = "write the dataset " + name;
-        const hsize_t extent[2] = {values.count / columns, columns}, bytes = values.count * sizeof(T);
+        const hdf5::NumberType type = number_type(values.kind);
+        const hsize_t extent[2] = {values.count / columns, columns}, bytes = values.count * type.bytes;
         const int compression = bytes < least_compressed ? 0 : compression_;
         const hdf5::Dataspace space(H5Screate_simple(columns > 1 ? 2 : 1, extent, nullptr), tried);
-        const auto layout = dataset_layout(extent[0], columns, sizeof(T), compression);
-        hdf5::Dataset dataset(H5Dcreate2(parent, name.c_str(), hdf5::Number<T>::file(), space.id(), H5P_DEFAULT,
-                                         layout.id(), H5P_DEFAULT),
-                              tried);
+        const auto layout = dataset_layout(extent[0], columns, type.bytes, compression);
+        hdf5::Dataset dataset(
+            H5Dcreate2(parent, name.c_str(), type.file, space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT), tried);
         if (notes.unit) write_text(dataset.id(), "unit", *notes.unit, H5T_CSET_UTF8);
         if (notes.components > 0) write_integers(dataset.id(), "components", {notes.components});
         const bool is_placed = compression == 0 && hdf5::FileImage::can_place(bytes);
@@ -220,55 +237,53 @@ private:
             return;
         }
         if (is_placed) {
-            image_.place(dataset, values.span());
+            image_.place(dataset, values.bytes());
         } else if (values.count > 0) {
-            hdf5::check(
-                H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.numbers),
-                tried);
+            hdf5::check(H5Dwrite(dataset.id(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.numbers), tried);
         }
         dataset.close(tried);
     }
 
     template <class T>
     void write_value(hid_t parent, const std::string& name, T value, const DatasetNotes& notes = {}) {
-        write_dataset(parent, name, StateArray<T>(std::span<const T>(&value, 1)), 1, notes);
+        write_dataset(parent, name, std::span<const T>(&value, 1), 1, notes);
     }
 
     /// Writes a field as a dataset. A vector in 2D gets a third component 0, because ParaView only knows vectors of
     /// three components.
-    template <class Field>
-    void write_field(hid_t parent, const std::string& name, const Field& field, int dimension) {
-        using S = std::remove_cvref_t<decltype(*field.values.numbers)>;
+    void write_field(hid_t parent, const std::string& name, const StateOutline::Field& field, int dimension) {
         const DatasetNotes notes{field.unit, field.components};
         if (dimension != 2 || field.components != 2) {
             return write_dataset(parent, name, field.values, hsize_t(field.components), notes);
         }
-        const std::size_t rows = field.values.count / 2;
-        if (!field.values.is_here()) return write_dataset(parent, name, StateArray<S>(3 * rows), 3, notes);
-        std::vector<S> padded(3 * rows);
-        for (std::size_t i = 0; i < rows; ++i) {
-            padded[3 * i] = field.values.numbers[2 * i];
-            padded[3 * i + 1] = field.values.numbers[2 * i + 1];
+        const std::size_t rows = field.values.count / 2, number_bytes = bytes_of(field.values.kind);
+        StateArray padded = field.values;
+        padded.move_elsewhere(3 * rows);
+        if (field.values.is_here()) {
+            std::vector<std::byte> numbers(3 * rows * number_bytes);  // zeros
+            const std::byte* from = field.values.bytes().data();
+            for (std::size_t i = 0; i < rows; ++i)
+                std::copy_n(from + 2 * number_bytes * i, 2 * number_bytes, numbers.data() + 3 * number_bytes * i);
+            padded.numbers = image_.keep(std::move(numbers)).data();
         }
-        write_dataset(parent, name, StateArray<S>(image_.keep(std::move(padded))), 3, notes);
+        write_dataset(parent, name, padded, 3, notes);
     }
 
     /// Writes the cells of the VTK grid: all facets, then one vertex cell for each point that belongs to no facet. The
     /// vertex cells are needed because some versions of ParaView do not show a point without a cell.
-    template <class S>
-    void write_cells(hid_t vtk, const StateOutline<S>& state) {
-        const std::size_t corners = std::size_t(state.dimension), facets = state.facets.count / corners;
-        std::vector<std::int64_t> points_of_cells(state.facets.span().begin(), state.facets.span().end());
+    void write_cells(hid_t vtk, const StateOutline& state) {
+        const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
+        std::vector<std::int64_t> points_of_cells(state.facets.begin(), state.facets.end());
         if (facets > 0) {
             std::vector<bool> used(state.points());
-            for (const auto point : state.facets.span()) used[std::size_t(point)] = true;
+            for (const auto point : state.facets) used[std::size_t(point)] = true;
             for (std::size_t i = 0; i < state.points(); ++i)
                 if (!used[i]) points_of_cells.push_back(std::int64_t(i));
         }
-        const std::size_t vertices = facets > 0 ? points_of_cells.size() - state.facets.count : state.points();
-        const std::size_t cells = facets + vertices, ids = state.facets.count + vertices;
-        StateArray<std::uint8_t> types(cells);
-        StateArray<std::int64_t> connectivity(ids), offsets(cells + 1);
+        const std::size_t vertices = facets > 0 ? points_of_cells.size() - state.facets.size() : state.points();
+        const std::size_t cells = facets + vertices, ids = state.facets.size() + vertices;
+        StateArray types(NumberKind::u8, cells, nullptr), connectivity(NumberKind::i64, ids, nullptr),
+            offsets(NumberKind::i64, cells + 1, nullptr);
         if (state.id.is_here()) {
             std::vector<std::uint8_t> type_of(facets, vtk_facet(state.dimension));
             type_of.resize(cells, vtk_vertex);
@@ -289,8 +304,7 @@ private:
         write_dataset(vtk, "Offsets", offsets);
     }
 
-    template <class S>
-    void write_vtk_group(const StateOutline<S>& state, const StateOptions& options) {
+    void write_vtk_group(const StateOutline& state, const StateOptions& options) {
         auto vtk = create_group(image_.id(), "VTKHDF");
         write_integers(vtk.id(), "Version", {1, 0});
         write_text(vtk.id(), "Type", "UnstructuredGrid", H5T_CSET_ASCII);
@@ -315,8 +329,7 @@ private:
         vtk.close("close VTKHDF");
     }
 
-    template <class S>
-    void write_firn_group(const StateOutline<S>& state, std::uint64_t digest) {
+    void write_firn_group(const StateOutline& state, std::uint64_t digest) {
         auto firn_group = create_group(image_.id(), "firn");
         write_integers(firn_group.id(), "schema_version", {state_schema});
         write_integers(firn_group.id(), "dimension", {state.dimension});
@@ -332,8 +345,7 @@ private:
             auto group = create_group(all.id(), first.group);
             for (const auto& parameter : state.parameters) {
                 if (parameter.group != first.group) continue;
-                write_dataset(group.id(), parameter.name, StateArray<double>(parameter.values), 1,
-                              {.unit = parameter.unit});
+                write_dataset(group.id(), parameter.name, parameter.values, 1, {.unit = parameter.unit});
             }
             group.close("close the parameters of " + first.group);
         }
@@ -348,8 +360,7 @@ private:
 
     /// Returns the number of bytes to reserve at the start of the file for everything except arrays. The header of one
     /// HDF5 object takes about 512 bytes.
-    template <class S>
-    static std::size_t bytes_beside_arrays(const StateOutline<S>& state, int compression) {
+    static std::size_t bytes_beside_arrays(const StateOutline& state, int compression) {
         const bool has_large_arrays =
             compression == 0 && state.points() * sizeof(std::int64_t) >= hdf5::FileImage::large;
         const std::size_t objects = 32 + state.fields.size() + state.parameters.size() + state.attributes.size();
@@ -393,7 +404,7 @@ template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
     detail::check_before_writing(state, options);
     AtomicFile file(path);  // opened first, so that an invalid path is reported before the long work
-    const detail::StateOutline<S> outline(state);
+    const detail::StateOutline outline(state);
     const std::uint64_t noted =
         detail::digest_of(outline, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(outline, options, noted); }).write(file);

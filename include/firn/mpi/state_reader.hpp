@@ -21,12 +21,11 @@ namespace detail {
 template <class S>
 std::uint64_t digest_of_parts(const Communicator& all, const firn::detail::StateOnDisk<S>& found) {
     const State<S>& state = found.state;
-    firn::detail::StateOutline<S> whole(state);
+    firn::detail::StateOutline whole(state);
     HashChain chain(all);
-    const auto spread = [&](auto& array, std::uint64_t rows, int columns) {
-        chain.add(array.span());
-        array.numbers = nullptr;
-        array.count = std::size_t(rows) * std::size_t(columns);
+    const auto spread = [&](firn::detail::StateArray& array, std::uint64_t rows, int columns) {
+        chain.add(array);
+        array.move_elsewhere(std::size_t(rows) * std::size_t(columns));
     };
     const auto for_arrays = [&](const auto& f) {
         f(whole.id, found.points, 1);

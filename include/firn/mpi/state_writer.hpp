@@ -36,15 +36,14 @@ public:
 
     /// Adds an array. All ranks add the same arrays in the same order. A rank does not wait for later ranks.
     /// \param rows  this rank's rows
-    template <class T>
-    void add(std::span<const T> rows) {
+    void add(const firn::detail::StateArray& rows) {
         firn::detail::HashStream stream;
         firn::detail::HashStream::Bytes bytes;
         if (all_.rank() > 0) {
             MPI_Recv(bytes.data(), int(bytes.size()), MPI_BYTE, all_.rank() - 1, tag_, all_.get(), MPI_STATUS_IGNORE);
             stream.go_on_from(bytes);
         }
-        stream.add(rows);
+        stream.add(rows.bytes(), bytes_of(rows.kind));
         if (all_.rank() + 1 < all_.size()) {
             bytes = stream.bytes();
             MPI_Send(bytes.data(), int(bytes.size()), MPI_BYTE, all_.rank() + 1, tag_, all_.get());
@@ -69,7 +68,7 @@ void check_alike(const Communicator& all, const State<S>& mine, const StateOptio
     firn::detail::HashedRecord record;
     record.add(std::uint64_t(options.compression)).add(options.fields.size());
     for (const std::string& name : options.fields) record.add(name);
-    firn::detail::StateOutline<S> outline(mine);
+    firn::detail::StateOutline outline(mine);
     outline.id = {};
     outline.body = {};
     for (auto& field : outline.fields) {
@@ -146,16 +145,12 @@ private:
     /// Turns whole_ into the outline of the whole state, whose arrays are elsewhere.
     void outline_whole() {
         const auto n = std::size_t(particles_);
-        whole_.id = firn::detail::StateArray<std::int64_t>(n);
-        whole_.body = firn::detail::StateArray<std::int32_t>(n);
-        for (auto& field : whole_.fields) {
-            using Array = firn::detail::StateArray<S>;
-            field.values = Array(n * std::size_t(field.components));
-        }
+        whole_.id.move_elsewhere(n);
+        whole_.body.move_elsewhere(n);
+        for (auto& field : whole_.fields) field.values.move_elsewhere(n * std::size_t(field.components));
         for (auto& table : whole_.tables)
             if (firn::detail::is_spread_table(table.name))
-                table.values =
-                    firn::detail::StateArray<std::int64_t>(std::size_t(all_.sum(std::uint64_t(table.values.count))));
+                table.values.move_elsewhere(std::size_t(all_.sum(std::uint64_t(table.values.count))));
     }
 
     /// Builds the file without the arrays on rank 0, and tells all ranks where the arrays go.
@@ -242,7 +237,7 @@ private:
     /// \param to_columns  the number of columns in the file; columns that the array lacks are zeros
     template <class T>
     void put_rows(const std::string& path, const std::vector<T>& rows, std::size_t columns, std::size_t to_columns) {
-        hashes_.add(std::span<const T>(rows));
+        hashes_.add(rows);
         const T* const whole = columns == to_columns ? rows.data() : nullptr;
         put<T>(path, part_.first(particles_), part_.count(particles_), particles_, to_columns, whole,
                [&](std::uint64_t first, std::uint64_t count, T* to) {
@@ -256,7 +251,7 @@ private:
         std::vector<std::int64_t> rows = table.values;
         for (std::size_t at = columns - 2; at < rows.size(); at += columns)
             rows[at] += first_slot_[std::size_t(all_.rank())];
-        hashes_.add(std::span<const std::int64_t>(rows));
+        hashes_.add(rows);
         const std::uint64_t count = rows.size() / columns;
         put<std::int64_t>("/firn/tables/blocks", all_.sum_before(count), count, all_.sum(count), columns, rows.data(),
                           [&](std::uint64_t first, std::uint64_t many, std::int64_t* to) {
@@ -391,7 +386,7 @@ private:
     const Communicator& all_;
     const State<S>& mine_;
     const StateOptions& options_;
-    firn::detail::StateOutline<S> whole_;
+    firn::detail::StateOutline whole_;
     RowExchange exchange_;
     std::uint64_t particles_;               // of all ranks
     RowsPart part_;                         // the rows that this rank writes

@@ -273,8 +273,8 @@ TEST_CASE("A digest is the same on every machine and with every compiler", "[io]
     CHECK(firn::detail::hash_bytes({}) == 0x2d06800538d394c2);
     // A machine of the other byte order hashes the bytes of this one.
     const std::vector<std::int32_t> numbers{1, -2, 0x01020304}, turned{0x01000000, int(0xfeffffff), 0x04030201};
-    CHECK(firn::detail::hash_numbers<std::endian::big>(std::span(turned)) ==
-          firn::detail::hash_numbers<std::endian::little>(std::span(numbers)));
+    CHECK(firn::detail::hash_numbers<std::endian::big>(std::as_bytes(std::span(turned)), 4) ==
+          firn::detail::hash_numbers<std::endian::little>(std::as_bytes(std::span(numbers)), 4));
 }
 
 }  // namespace state_digest_tests
