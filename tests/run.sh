@@ -21,6 +21,7 @@ for argument in "$@"; do
     esac
 done
 
+mkdir -p "$root/build"
 passed=0 failed=0 skipped=0
 jobs=$(firn_jobs)
 export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive} # tests run in parallel, so waiting threads must not spin
@@ -30,11 +31,25 @@ skip() { # TEXT
     skipped=$((skipped + 1))
 }
 
+# cpu_seconds: sets cpu to the CPU time, user and system, of all that this script has waited for.
+cpu_seconds() {
+    times >"$root/build/cpu_times" # a pipe would count a new shell's
+    cpu=$(tail -n 1 "$root/build/cpu_times" | awk -F '[ms ]' '{ printf "%d", 60 * ($1 + $4) + $2 + $5 }')
+}
+
+# report TITLE SECONDS CPU: prints how long a stage took that began at these times.
+report() {
+    cpu_seconds
+    printf '== %s: %d s, %d s of CPU\n' "$1" "$((SECONDS - $2))" "$((cpu - $3))"
+}
+
 # stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL,
 # and adds to passed and failed. A failed build counts as one failure; the tests that were built still run.
 stage() {
     local title=$1 build=$root/build/$2 targets=$3 label=$4 start=$SECONDS keep_going=-k
     shift 4
+    cpu_seconds
+    local cpu_start=$cpu
     printf '\n== %s\n' "$title"
     if ! cmake -S "$root" -B "$build" "$@"; then
         echo "== $title: cannot be configured"
@@ -48,7 +63,7 @@ stage() {
         failed=$((failed + 1))
     fi
     test_stage "$title" "$build" "$label"
-    echo "== $title: $((SECONDS - start)) s"
+    report "$title" "$start" "$cpu_start"
 }
 
 # test_stage TITLE BUILD LABEL CTEST_OPTION...
@@ -107,9 +122,11 @@ counted() {
 # Runs emitted programs with two compilers, Tint and naga, on a software GPU, and compares integers and particles with
 # the CPU's. The software GPU uses one thread, so two lanes of about the same duration run in parallel.
 wgsl_stage() { # FOLDER CASES_OPTION...
-    local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
+    local start=$SECONDS cpu_start tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
     local lane=(host tint tint_refuses dawn naga_refuses deno) other_lane=(serve naga page)
     shift
+    cpu_seconds
+    cpu_start=$cpu
     if [[ $full == yes ]]; then validate=--validate; fi
     printf '\n== WGSL on a software GPU\n'
     if ! firn_webgpu; then
@@ -138,7 +155,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         wgsl_lane "${lane[@]}" "${other_lane[@]}"
     fi
     for log in "${lane[@]}" "${other_lane[@]}"; do counted "$log"; done
-    echo "== WGSL: $((SECONDS - start)) s"
+    report WGSL "$start" "$cpu_start"
 }
 
 wgsl_lane() { # NAME...; uses the variables of wgsl_stage
@@ -162,7 +179,9 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
 # Compiles a program to WebAssembly and runs it in node: the bits of a native build, and how a program ends. Then the
 # page of particles, in a browser.
 wasm_stage() {
-    local start=$SECONDS
+    local start=$SECONDS cpu_start
+    cpu_seconds
+    cpu_start=$cpu
     printf '\n== WebAssembly\n'
     if ! firn_install_if_offered node "${firn_wasm_needs[@]}"; then
         skip 'WebAssembly, which needs node, clang 19 and its packages for wasm32'
@@ -187,7 +206,7 @@ wasm_stage() {
         echo "== the page of particles: does not build"
         failed=$((failed + 1))
     fi
-    echo "== WebAssembly: $((SECONDS - start)) s"
+    report WebAssembly "$start" "$cpu_start"
 }
 
 # Programs on several ranks of this machine.
@@ -272,5 +291,7 @@ if [[ $full == yes ]]; then
         -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_BUILD_BENCHMARKS=ON
 fi
 
-printf '\n%d s in all\n%d skipped\n%d passed, %d failed\n' "$SECONDS" "$skipped" "$passed" "$failed"
+printf '\n'
+report 'all' 0 0
+printf '%d skipped\n%d passed, %d failed\n' "$skipped" "$passed" "$failed"
 ((failed == 0))

@@ -38,18 +38,31 @@ void check_any_order(const Simulation& made, const Add& add) {
     }
 }
 
+/// Adds the impulses between contact groups, of the last step, to a hash.
+/// \return whether one of them is not zero
+template <class Simulation>
+bool add_impulses(Hash& hash, const Simulation& simulation) {
+    bool any = false;
+    for (const auto& [groups, impulse] : simulation.contact_impulses->on_first)
+        for (int a = 0; a < Simulation::dimension; ++a) {
+            hash.add(&impulse[a], 1);
+            any = any || impulse[a] != 0;
+        }
+    return any;
+}
+
 /// Runs two sets of bodies, of two materials, with 1, 3 and 7 threads. Checks that all runs have the same bits.
-/// \param policy  a policy of the simulation: a boundary or a contact law
-/// \param add     add(simulation) adds the bodies
-template <class Policy, class Add>
-void check_two_materials(const Policy& policy, const Add& add) {
+/// \param add       add(simulation) adds the bodies
+/// \param policies  policies of the simulation: a boundary, a contact law, or both
+template <class Add, class... Policies>
+void check_two_materials(const Add& add, const Policies&... policies) {
     using namespace firn;
     const auto run = [&](int threads) {
         const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32};
         Simulation simulation(domain,
                               Materials{FixedCorotated<float>::from_young_poisson(1e5, 0.3),
                                         NeoHookean<float>::from_young_poisson(1e4, 0.3)},
-                              policy, Coloured{threads});
+                              Coloured{threads}, policies...);
         add(simulation);
         for (int step = 0; step < 60; ++step) simulation.step();
         return std::pair(hash(simulation.template set<0>().particles()),
