@@ -147,9 +147,11 @@ FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE,
 
 /// What Number says of one type, as values, so that a function which uses it is compiled once.
 struct NumberType {
-    hid_t memory, file, big_endian;  ///< HDF5's types, as in Number.
-    std::size_t bytes;               ///< Size of one number [bytes].
-    std::string_view name;           ///< Name for messages, such as "64-bit float".
+    hid_t memory;           ///< Type of a number in memory.
+    hid_t file;             ///< Type that firn writes to files, little endian.
+    hid_t big_endian;       ///< The same, but big endian.
+    std::size_t bytes;      ///< Size of one number [bytes].
+    std::string_view name;  ///< Name for messages, such as "64-bit float".
 };
 /// Returns the NumberType of the C++ number type T, one of those that Number has.
 template <class T>
