@@ -92,6 +92,18 @@ def scenes():
                            "grid, bytes a particle"], rows)
 
 
+def contact():
+    _, numbers = load("results.json")
+    rows = []
+    for scene in ("two_cubes_apart", "two_cubes_meet", "stones"):
+        one, groups = ([steps(numbers, name, "coloured", threads) for threads in (1, 2)]
+                       for name in (scene + "_one_field", scene))
+        if all(one + groups):
+            rows.append([f"`{scene}`", *(number(results.rate(of)) for of in (one[0], groups[0])),
+                         *(f"{results.rate(a) / results.rate(b):.2f}" for a, b in zip(one, groups))])
+    return rows and table(["scene", "one field, 1 thread", "groups, 1 thread", "times as long", "on 2 threads"], rows)
+
+
 def materials():
     _, numbers = load("results.json")
     times = {name.split("/")[2]: 1e9 / of["particle_steps_per_second"] for name, of in numbers.items()
@@ -198,8 +210,8 @@ def compile_time():
                  [[name, f"{time:.2f}", f"{time / reference:.2f}"] for name, time in seconds.items()])
 
 
-tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, threads, taichi, compile_time,
-          mpi_messages, mpi_model]
+tables = [machine, ratio, sizes, scenes, contact, materials, executions, corner, stages, roof, threads, taichi,
+          compile_time, mpi_messages, mpi_model]
 
 
 def main():
