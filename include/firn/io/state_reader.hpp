@@ -125,7 +125,7 @@ inline std::optional<std::string> read_text(hid_t owner, const std::string& name
 }
 
 /// Reads an attribute that is one number.
-/// \param value  where the number goes, as `type` has it in memory
+/// \param value  where the number goes, of the type `number.memory`
 /// \return whether the attribute exists
 /// \throws io_error  if the attribute is not one number of this type
 inline bool read_number(hid_t owner, const std::string& name, const hdf5::NumberType& number, void* value) {
