@@ -37,19 +37,22 @@ cpu_seconds() {
     cpu=$(tail -n 1 "$root/build/cpu_times" | awk -F '[ms ]' '{ printf "%d", 60 * ($1 + $4) + $2 + $5 }')
 }
 
-# report TITLE SECONDS CPU: prints how long a stage took that began at these times.
-report() {
+# begin, then report TITLE: prints how long a stage took. They use the caller's variables start and cpu_start.
+begin() {
     cpu_seconds
-    printf '== %s: %d s, %d s of CPU\n' "$1" "$((SECONDS - $2))" "$((cpu - $3))"
+    start=$SECONDS cpu_start=$cpu
+}
+report() { # TITLE
+    cpu_seconds
+    printf '== %s: %d s, %d s of CPU\n' "$1" "$((SECONDS - start))" "$((cpu - cpu_start))"
 }
 
 # stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL,
 # and adds to passed and failed. A failed build counts as one failure; the tests that were built still run.
 stage() {
-    local title=$1 build=$root/build/$2 targets=$3 label=$4 start=$SECONDS keep_going=-k
+    local title=$1 build=$root/build/$2 targets=$3 label=$4 start cpu_start keep_going=-k
     shift 4
-    cpu_seconds
-    local cpu_start=$cpu
+    begin
     printf '\n== %s\n' "$title"
     if ! cmake -S "$root" -B "$build" "$@"; then
         echo "== $title: cannot be configured"
@@ -63,7 +66,7 @@ stage() {
         failed=$((failed + 1))
     fi
     test_stage "$title" "$build" "$label"
-    report "$title" "$start" "$cpu_start"
+    report "$title"
 }
 
 # test_stage TITLE BUILD LABEL CTEST_OPTION...
@@ -122,11 +125,10 @@ counted() {
 # Runs emitted programs with two compilers, Tint and naga, on a software GPU, and compares integers and particles with
 # the CPU's. The software GPU uses one thread, so two lanes of about the same duration run in parallel.
 wgsl_stage() { # FOLDER CASES_OPTION...
-    local start=$SECONDS cpu_start tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
+    local start cpu_start tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
     local lane=(host tint tint_refuses dawn naga_refuses deno) other_lane=(serve naga page)
     shift
-    cpu_seconds
-    cpu_start=$cpu
+    begin
     if [[ $full == yes ]]; then validate=--validate; fi
     printf '\n== WGSL on a software GPU\n'
     if ! firn_webgpu; then
@@ -155,7 +157,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         wgsl_lane "${lane[@]}" "${other_lane[@]}"
     fi
     for log in "${lane[@]}" "${other_lane[@]}"; do counted "$log"; done
-    report WGSL "$start" "$cpu_start"
+    report WGSL
 }
 
 wgsl_lane() { # NAME...; uses the variables of wgsl_stage
@@ -179,9 +181,8 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
 # Compiles a program to WebAssembly and runs it in node: the bits of a native build, and how a program ends. Then the
 # page of particles, in a browser.
 wasm_stage() {
-    local start=$SECONDS cpu_start
-    cpu_seconds
-    cpu_start=$cpu
+    local start cpu_start
+    begin
     printf '\n== WebAssembly\n'
     if ! firn_install_if_offered node "${firn_wasm_needs[@]}"; then
         skip 'WebAssembly, which needs node, clang 19 and its packages for wasm32'
@@ -206,7 +207,7 @@ wasm_stage() {
         echo "== the page of particles: does not build"
         failed=$((failed + 1))
     fi
-    report WebAssembly "$start" "$cpu_start"
+    report WebAssembly
 }
 
 # Programs on several ranks of this machine.
@@ -291,7 +292,8 @@ if [[ $full == yes ]]; then
         -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_BUILD_BENCHMARKS=ON
 fi
 
+start=0 cpu_start=0
 printf '\n'
-report 'all' 0 0
+report all
 printf '%d skipped\n%d passed, %d failed\n' "$skipped" "$passed" "$failed"
 ((failed == 0))

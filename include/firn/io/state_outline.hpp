@@ -49,7 +49,7 @@ struct StateArray {
     std::uint64_t hash = 0;         ///< hash_numbers() of an array that is elsewhere
 
     StateArray() = default;
-    /// An array that is here. It must exist as long as this object.
+    /// An array that is here, or, with nullptr, elsewhere. One that is here must exist as long as this object.
     StateArray(NumberKind of, std::size_t many, const void* here) : kind(of), count(many), numbers(here) {}
     template <class T>
     StateArray(std::span<const T> here) : StateArray(number_kind<T>(), here.size(), here.data()) {}

@@ -264,15 +264,12 @@ private:
 
     static void require_type(const hdf5::Datatype& type, const std::string& name, const hdf5::NumberType& number) {
         if (hdf5::is_number(type, number)) return;
-        const auto other = [&](const std::string_view wanted, const std::string_view found) {
-            return number.name == wanted && hdf5::type_name(type) == found;
-        };
-        using hdf5::Number;
+        const std::string_view wanted = number.name, found = hdf5::type_name(type);
+        const std::string_view single = hdf5::Number<float>::name, twice = hdf5::Number<double>::name;
         const char* advice = "";
-        if (other(Number<float>::name, Number<double>::name)) advice = "; read it with read_state<double>";
-        if (other(Number<double>::name, Number<float>::name)) advice = "; read it with read_state<float>";
-        throw io_error(sentence("the dataset '", name, "' is of ", hdf5::type_name(type), " where ", number.name,
-                                " is expected", advice));
+        if (wanted == single && found == twice) advice = "; read it with read_state<double>";
+        if (wanted == twice && found == single) advice = "; read it with read_state<float>";
+        throw io_error(sentence("the dataset '", name, "' is of ", found, " where ", wanted, " is expected", advice));
     }
 
     /// Checks that the bytes in the file are enough for a dataset of `rows` × `columns` numbers. A compressed dataset
