@@ -78,4 +78,11 @@ FIRN_INLINE T leading_half(T x) {
     return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);
 }
 
+/// Whether two numbers have the same bits, so that −0 differs from 0, and a NaN equals itself.
+template <std::floating_point T>
+FIRN_INLINE constexpr bool same_bits(T a, T b) {
+    using integer = typename binary_layout<T>::integer;
+    return std::bit_cast<integer>(a) == std::bit_cast<integer>(b);
+}
+
 }  // namespace firn

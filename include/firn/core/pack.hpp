@@ -173,6 +173,7 @@ struct pack {
     FIRN_INLINE friend pack significand_of(pack a) { return {detail::bits::significand_of<T, mask_vector>(a.lanes)}; }
     FIRN_INLINE friend pack leading_half(pack a) { return {detail::bits::leading_half<T, mask_vector>(a.lanes)}; }
     FIRN_INLINE friend pack floor(pack a) { return detail::floor_of_lanes(a); }
+    FIRN_INLINE friend mask same_bits(pack a, pack b) { return {mask_vector(a.lanes) == mask_vector(b.lanes)}; }
     /// @}
 };
 

@@ -72,6 +72,7 @@ struct strict {
     friend strict exponent_of(strict a) { return firn::exponent_of(a.value); }
     friend strict significand_of(strict a) { return firn::significand_of(a.value); }
     friend strict leading_half(strict a) { return firn::leading_half(a.value); }
+    friend constexpr mask same_bits(strict a, strict b) { return {firn::same_bits(a.value, b.value)}; }
     /// @}
 };
 

@@ -3,10 +3,11 @@
 /// The functions give the same bits for a single number and in SIMD lanes, and (with floating-point contraction off)
 /// under every compiler. Their largest errors, measured over the whole range, are:
 ///
-///     exp   1.1 ulp, also for subnormal results; exp(−∞) = 0, exp(∞) = ∞
-///     log   0.9 ulp, also of subnormal numbers; log 0 = −∞, log x = NaN for x < 0
+///     exp        1.1 ulp, also for subnormal results; exp(−∞) = 0, exp(∞) = ∞
+///     log        0.9 ulp, also of subnormal numbers; log 0 = −∞, log x = NaN for x < 0
+///     log(x, y)  0.9 ulp, where y = x − 1 is given, too, so that nothing is lost near x = 1
 ///
-/// For NaN, both functions return NaN. Both sum a Taylor series, after the argument is reduced to a small range as in
+/// For NaN, they return NaN. They sum a Taylor series, after the argument is reduced to a small range as in
 /// Cody & Waite, Software Manual for the Elementary Functions (1980).
 #pragma once
 
@@ -73,15 +74,28 @@ constexpr std::array<double, N> inverse_factorials_from_two() {
     return c;
 }
 
-/// Returns exp(high + low), where |low| ≪ |high| or low = 0, and exp_lowest ≤ high ≤ exp_highest.
+/// eˣ = (1 + q) 2ⁿ, where |q| < ½ and n is a whole number.
 template <class S>
-FIRN_INLINE S exp_of_sum(const S& high, const S& low) {
+struct ExpParts {
+    S q, n;
+
+    FIRN_INLINE S whole() const {
+        const S half = nearest_whole(n * S(0.5));  // two factors, since 2ⁿ itself may be out of range
+        return (S(1) + q) * power_of_two(half) * power_of_two(n - half);
+    }
+};
+/// Returns the parts of exp(high + low), where |low| ≪ |high| or low = 0, and exp_lowest ≤ high ≤ exp_highest.
+template <class S>
+FIRN_INLINE ExpParts<S> exp_parts(const S& high, const S& low) {
     const S n = nearest_whole((high + low) * S(1.44269504088896340736));
     const S r = ((high - n * S(ln2_high<S>)) - n * S(ln2_low<S>)) + low;  // |r| ≤ ½ ln 2
     constexpr auto series = inverse_factorials_from_two<is_single<S> ? 6 : 12>();
-    const S p = S(1) + (r + r * r * polynomial(r, series));
-    const S half = nearest_whole(n * S(0.5));  // two factors, since 2ⁿ itself may be out of range
-    return p * power_of_two(half) * power_of_two(n - half);
+    return {r + r * r * polynomial(r, series), n};
+}
+/// Returns exp(high + low), where |low| ≪ |high| or low = 0, and exp_lowest ≤ high ≤ exp_highest.
+template <class S>
+FIRN_INLINE S exp_of_sum(const S& high, const S& low) {
+    return exp_parts(high, low).whole();
 }
 
 /// The factor m and the exponent e of a number x = m 2ᵉ > 0, where √½ ≤ m < √2. x may be subnormal.
@@ -109,28 +123,41 @@ FIRN_INLINE S exp(const S& x) {
     return detail::exp_of_sum(select(x < low, low, select(high < x, high, x)), S(0));
 }
 
-/// Returns the natural logarithm of x; −∞ for x = 0, NaN for x < 0. The error is at most 0.9 ulp (measured).
-///
-/// With x = m 2ᵉ and f = m − 1, the method is log x = e log 2 + 2 artanh s, where s = f / (2 + f).
-template <scalar S>
-FIRN_INLINE S log(const S& x) {
+namespace detail {
+/// Returns log x for x = (1 + f) 2ᵉ, as e log 2 + 2 artanh s with s = f / (2 + f); −∞ for x = 0, NaN for x < 0.
+template <class S>
+FIRN_INLINE S log_of(const S& x, const S& f, const S& e) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto [m, e] = detail::split(x);
-    const S f = m - S(1);
     const S s = f / (S(2) + f);
     const S z = s * s;
     // 2 artanh s = 2 s + s R, where R is the rest of the series, and 2 s = f − s f, where f is exact.
     S R = z;
-    if constexpr (detail::is_single<S>) {
-        R = z * detail::polynomial(z, std::array{2. / 3, 2. / 5, 2. / 7, 2. / 9});
+    if constexpr (is_single<S>) {
+        R = z * polynomial(z, std::array{2. / 3, 2. / 5, 2. / 7, 2. / 9});
     } else {
-        R = z * detail::polynomial(z, std::array{2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13, 2. / 15, 2. / 17,
-                                                 2. / 19, 2. / 21});
+        R = z * polynomial(z, std::array{2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13, 2. / 15, 2. / 17, 2. / 19,
+                                         2. / 21});
     }
-    const S finite = e * S(detail::ln2_high<S>) + (f - (s * (f - R) - e * S(detail::ln2_low<S>)));
+    const S finite = e * S(ln2_high<S>) + (f - (s * (f - R) - e * S(ln2_low<S>)));
     const S special = select(x < S(0), S(nan), select(x == S(0), S(-infinity), x));  // x: ∞ or NaN
     return select((S(0) < x) & (x < S(infinity)), finite, special);
+}
+}  // namespace detail
+
+/// Returns the natural logarithm of x; −∞ for x = 0, NaN for x < 0. The error is at most 0.9 ulp (measured).
+template <scalar S>
+FIRN_INLINE S log(const S& x) {
+    const auto [m, e] = detail::split(x);
+    return detail::log_of(x, m - S(1), e);
+}
+/// Returns the natural logarithm of x, where x − 1 is known more exactly than x; −∞ for x = 0, NaN for x < 0. The error
+/// is at most 0.9 ulp (measured).
+/// \param less_one  x − 1
+template <scalar S>
+FIRN_INLINE S log(const S& x, const std::type_identity_t<S>& less_one) {
+    const auto [m, e] = detail::split(x);
+    return detail::log_of(x, select(e == S(0), less_one, m - S(1)), e);
 }
 
 /// Returns eˣ and its derivative.
@@ -143,6 +170,11 @@ FIRN_INLINE dual<T> exp(const dual<T>& x) {
 template <scalar T>
 FIRN_INLINE dual<T> log(const dual<T>& x) {
     return {log(x.value), x.derivative / x.value};
+}
+/// Returns the natural logarithm of x and its derivative, where x − 1 is known more exactly than x.
+template <scalar T>
+FIRN_INLINE dual<T> log(const dual<T>& x, const dual<T>& less_one) {
+    return {log(x.value, less_one.value), less_one.derivative / x.value};
 }
 
 }  // namespace firn

@@ -7,36 +7,12 @@
 
 #include <firn/core/dual.hpp>
 #include <firn/core/repeat.hpp>
+#include <firn/math/deformation.hpp>
 #include <firn/math/jacobi.hpp>
 
 namespace firn {
 
 namespace detail {
-
-/// Returns the symmetric matrix whose elements in row i and column j, and in row j and column i, are entry(i, j). The
-/// function `entry` is called only for i ≤ j.
-template <class S, int D, class F>
-FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
-    Mat<S, D> r{};
-    unroll<D>([&](auto j) FIRN_LAMBDA {
-        unroll<int(j) + 1>([&](auto i) FIRN_LAMBDA {
-            const S value = entry(i, j);
-            r(i, j) = value;
-            r(j, i) = value;
-        });
-    });
-    return r;
-}
-
-/// Returns the product of two matrices whose product is symmetric. It is exactly symmetric.
-template <class S, int D>
-FIRN_INLINE Mat<S, D> symmetric_product(const Mat<S, D>& a, const Mat<S, D>& b) {
-    return symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
-        S sum = a(i, 0) * b(0, j);
-        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + a(i, k + 1) * b(k + 1, j); });
-        return sum;
-    });
-}
 
 /// Computes the left stretch V of F by Jacobi rotations (see jacobi.hpp). F may be any finite matrix.
 template <class S>
@@ -98,11 +74,11 @@ FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
 }
 
 namespace detail {
-/// Returns F Rᵀ for R = polar_rotation(F). The result is exactly symmetric.
+/// Returns the symmetric part of A Rᵀ. It is exactly symmetric. For R = polar_rotation(F), F Rᵀ is symmetric itself.
 template <class S>
-FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
-    const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
-    return Mat<S, 2>::rows(F(0, 0) * R(0, 0) + F(0, 1) * R(0, 1), off, off, F(1, 0) * R(1, 0) + F(1, 1) * R(1, 1));
+FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& A, const Mat<S, 2>& R) {
+    const S off = S(0.5) * (A(0, 0) * R(1, 0) + A(0, 1) * R(1, 1)) + S(0.5) * (A(1, 0) * R(0, 0) + A(1, 1) * R(0, 1));
+    return Mat<S, 2>::rows(A(0, 0) * R(0, 0) + A(0, 1) * R(0, 1), off, off, A(1, 0) * R(1, 0) + A(1, 1) * R(1, 1));
 }
 }  // namespace detail
 
@@ -115,39 +91,105 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Returns tr V, the trace of the left stretch V of F. The trace is the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ
-/// + I_b² − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (With II_V = (λ² −
-/// I_b)/2, f(λ) = 0 is II_V² = II_b + 2 J λ.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs,
-/// where σᵢ are the singular values of F. Halley's iteration starts at the upper bound √(3 I_b) and descends to the
-/// largest root.
+/// Returns tr V − 3 I for the left stretch V of F, where I is 1 or 0. With b = FFᵀ and J = det F, the trace is the
+/// largest root λ of
+///
+///     f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b
+///
+/// where I_b and II_b are the first and second invariant of b. (With II_V = (λ² − I_b)/2, f(λ) = 0 is II_V² = II_b + 2
+/// J λ.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs, where σᵢ are the singular values of
+/// F. Halley's iteration starts at the upper bound √(3 I_b), or at tangents of this root where I_b is 3 and 12, and
+/// descends to the largest root.
+///
+/// With I = 1 the iteration is for λ − 3, and f is written as a polynomial in λ − 3, the invariants of b − I and J − 1.
+/// So near the undeformed body the error is relative to the strain.
 ///
 /// A step of the iteration turns an error e of λ into an error K e³. The factor K is at most 36/λ² wherever
-/// left_stretch() uses the root (there f′(λ) = 8Δ ≥ λ³, see left_stretch() for Δ), and near 3.4/λ² if F is a rotation.
-/// So if the last step was shorter than ∛ε λ / 5 (ε: machine epsilon), the error is below ε λ / 3. All lanes take the
-/// first two (double: three) steps, which are enough for strains up to 0.45. Lanes whose last step was longer take two
-/// more steps.
-template <class S>
-FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
+/// left_stretch() uses the root (there f′(λ) = 8Δ ≥ λ³, see there for Δ), and near 3.4/λ² if F is a rotation. So if the
+/// last step was shorter than ∛ε λ / 5 (ε: machine epsilon), the error is below ε λ / 3. All lanes take the first two
+/// (double: three) steps, which are enough for strains up to 0.45. Lanes whose last step was longer take two more
+/// steps.
+/// \tparam I        1 or 0
+/// \param e1, e2  first and second invariant of b − I;  \param j  J − I
+template <int I, class S>
+FIRN_INLINE S trace_of_stretch(const S& e1, const S& e2, const S& j) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
-    const S two_Ib = S(2) * Ib;
-    const S two_J = S(2) * J;
-    const S eight_J = S(8) * J;
-    const S constant = Ib * Ib - S(4) * IIb;
-    const auto step = [&](const S& x, const S& xx) FIRN_LAMBDA {
-        const S value = named("value", ((xx - two_Ib) * xx + constant) - eight_J * x);
+    const auto plus = [](const S& a, double b) FIRN_LAMBDA { return I == 0 ? a : a + S(b); };
+    const S Ib = named("Ib", plus(e1, 3));
+    const S two_J = plus(S(2) * j, 2);
+    const S c0 = I == 0 ? e1 * e1 - S(4) * e2 : (e1 - S(20)) * e1 - S(4) * e2 - S(24) * j;
+    const S c1 = I == 0 ? S(-8) * j : S(64) - S(8) * j - S(12) * e1;
+    const S c2 = plus(S(-2) * e1, 48);
+    const auto next = [&](const S& s) FIRN_LAMBDA {
+        const S x = plus(s, 3), xx = x * x;  // x: λ
+        const S value = named("value", ((plus(s, 12) * s + c2) * s + c1) * s + c0);
         const S slope = named("slope", (xx - Ib) * x - two_J);  // f′ / 4
         const S bend = named("bend", S(3) * xx - Ib);           // f″ / 4
-        return x - S(2) * value * slope / (S(8) * slope * slope - value * bend);
+        return s - S(2) * value * slope / (S(8) * slope * slope - value * bend);
     };
-    const auto next = [&](const S& x) FIRN_LAMBDA { return step(x, x * x); };
 
-    const S bound = S(3) * Ib;
-    const S near = repeat<single ? 0 : 1>(step(sqrt(bound), bound), next);
+    S first = e1;
+    if constexpr (I == 0)
+        first = sqrt(S(3) * Ib);
+    else
+        first = min(S(0.5) * e1, S(0.25) * e1 + S(0.75));
+    const S near = repeat<single ? 0 : 1>(next(first), next);
     const S nearer = next(near);
-    const auto far = !(abs(near - nearer) <= S(single ? 1e-3 : 1.2e-6) * nearer);
+    const auto far = !(abs(near - nearer) <= S(single ? 1e-3 : 1.2e-6) * plus(nearer, 3));
     if (!any(far)) [[likely]]
         return nearer;
     return select(far, repeat<2>(nearer, next), nearer);
+}
+
+/// Computes V − I of a 2 × 2 matrix by invariants: (E + (j − s) I)/(2 + s), where s = tr V − 2 and (tr V)² = tr b + 2
+/// J.
+/// \param E  FFᵀ − I;  \param j  det F − 1
+/// \param rare  gets the lanes in which the result is not accurate
+template <int I, class S>
+    requires(I == 1)
+FIRN_INLINE Mat<S, 2> left_stretch_by_invariants(const Mat<S, 2>& E, const S& j, mask_t<S>& rare) {
+    const S e1 = named("e1", trace(E));
+    const S q = e1 + S(2) * j;
+    const S s = named("s", q / (S(2) + sqrt(S(4) + q)));
+    const mask_t<S> ordinary = (S(-1) < e1) & (S(-0.75) < j) & (e1 < S(1e7));
+    rare = !ordinary;  // includes lanes with NaN
+    return (E + Mat<S, 2>::diagonal(j - s)) * (S(1) / (S(2) + s));
+}
+/// Computes V − I by invariants. \param E  FFᵀ − I;  \param j  det F − I;  \tparam I  1 or 0
+/// \param rare  gets the lanes in which the result is not accurate
+template <int I, class S>
+FIRN_INLINE Mat<S, 3> left_stretch_by_invariants(const Mat<S, 3>& E, const S& j, mask_t<S>& rare) {
+    const S e1 = named("e1", trace(E));
+    const S e2 = E(0, 0) * E(1, 1) - E(0, 1) * E(0, 1) + (E(1, 1) * E(2, 2) - E(1, 2) * E(1, 2)) +
+                 (E(2, 2) * E(0, 0) - E(0, 2) * E(0, 2));
+    const S s = trace_of_stretch<I>(e1, e2, j);
+    const S half = S(0.5) * (s * s - e1);
+    const S lambda = named("lambda", I == 0 ? s : S(3) + s);
+    const S II = named("II", I == 0 ? half : S(3) + (S(3) * s + half));
+    const S denominator = named("denominator", lambda * II - (I == 0 ? j : S(1) + j));
+    const S inverse = S(1) / denominator;
+    const S of_identity = I == 0 ? lambda * j : S(4) * j + S(2) * e1 - S(8) * s + (j - half - S(4) * s) * s;
+    const S of_E = lambda * lambda - (I == 0 ? II : II + S(2));
+    const Mat<S, 3> V = symmetric<S, 3>([&](auto i, auto k) FIRN_LAMBDA {
+        const S EE = E(i, 0) * E(0, k) + E(i, 1) * E(1, k) + E(i, 2) * E(2, k);
+        const S sum = of_E * E(i, k) - EE;
+        if constexpr (int(i) == int(k))
+            return (sum + of_identity) * inverse;
+        else
+            return sum * inverse;
+    });
+
+    constexpr bool single = sizeof(value_type_t<S>) == 4;
+    const S Ib = I == 0 ? e1 : e1 + S(3);
+    const mask_t<S> apart = S(0.125) * (lambda * lambda * lambda) < denominator;
+    // Outside of these bounds, slope² in trace_of_stretch() could underflow, and the result would look right but be
+    // wrong. With I = 1, matter that is small or inverted is left to I = 0, which has smaller rounding errors there.
+    const mask_t<S> not_small = I == 0 ? S(single ? 1e-6 : 1e-60) < Ib : S(-1) < e1;
+    const mask_t<S> not_large = Ib < S(I == 1 ? 40 : single ? 1e7 : 1e60);
+    const mask_t<S> upright = I == 0 ? not_small : S(-0.75) < j;
+    const mask_t<S> ordinary = apart & not_small & not_large & upright;
+    rare = !ordinary;  // includes lanes with NaN
+    return V;
 }
 
 }  // namespace detail
@@ -176,39 +218,41 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     const Mat<S, 3> b = detail::symmetric_product(F, transpose(F));
-    const S J = named("J", determinant(F));
-    const S Ib = named("Ib", trace(b));
-    const S IIb = b(0, 0) * b(1, 1) - b(0, 1) * b(0, 1) + (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2)) +
-                  (b(2, 2) * b(0, 0) - b(0, 2) * b(0, 2));
-    const S lambda = detail::trace_of_stretch(Ib, IIb, J);
-    const S II = named("II", S(0.5) * (lambda * lambda - Ib));
-    const S denominator = named("denominator", lambda * II - J);
-    const S inverse = S(1) / denominator;
-    const S of_identity = lambda * J;
-    const S of_b = lambda * lambda - II;
-    Mat<S, 3> V = detail::symmetric<S, 3>([&](auto i, auto j) FIRN_LAMBDA {
-        const S bb = b(i, 0) * b(0, j) + b(i, 1) * b(1, j) + b(i, 2) * b(2, j);
-        const S sum = of_b * b(i, j) - bb;
-        if constexpr (int(i) == int(j))
-            return (sum + of_identity) * inverse;
-        else
-            return sum * inverse;
-    });
-
-    constexpr bool single = sizeof(value_type_t<S>) == 4;
-    const mask_t<S> apart = S(0.125) * (lambda * lambda * lambda) < denominator;
-    // Outside of these bounds, slope² in trace_of_stretch() could underflow, and the result would look right but be
-    // wrong.
-    const mask_t<S> not_small = S(single ? 1e-6 : 1e-60) < Ib;
-    const mask_t<S> not_large = Ib < S(single ? 1e7 : 1e60);
-    const mask_t<S> ordinary = apart & not_small & not_large;
-    const mask_t<S> rare = !ordinary;  // includes lanes with NaN
+    mask_t<S> rare;
+    Mat<S, 3> V = detail::left_stretch_by_invariants<0>(b, named("J", determinant(F)), rare);
     if (any(rare)) [[unlikely]] {
         Mat<S, 3> sure;
         detail::left_stretch_by_jacobi(F, sure);
         V = select(rare, sure, V);
     }
     return V;
+}
+
+namespace detail {
+/// Computes the left stretch V of F, in a function of its own because few lanes need it. \see left_stretch_change
+template <class S, int D>
+[[gnu::noinline]] void left_stretch_of_far(const Mat<S, D>& F, Mat<S, D>& V) {
+    V = left_stretch(F);
+}
+}  // namespace detail
+
+/// Returns V − I [1] for the left stretch V = √(FFᵀ) of a deformation gradient F. It is exactly symmetric. Its error is
+/// relative to ‖F − I‖, and so to the strain of a body that has not turned.
+///
+/// Most lanes use a closed form in b − I and J − 1, which are computed from F − I, so that no difference to 1 is lost.
+/// In 3D it is that of left_stretch(). Lanes in which F is small or inverted take left_stretch() itself.
+template <deformation_gradient G>
+FIRN_INLINE matrix_of_t<G> left_stretch_change(const G& F) {
+    using M = matrix_of_t<G>;
+    mask_t<scalar_of_t<G>> far;
+    M change = detail::left_stretch_by_invariants<1>(left_cauchy_green_change(F), volume_change(F), far);
+    if (any(far)) [[unlikely]] {
+        const M whole = F;  // a copy, so that F itself need not lie in memory
+        M sure;
+        detail::left_stretch_of_far(whole, sure);
+        change = select(far, sure - M::identity(), change);
+    }
+    return change;
 }
 
 }  // namespace firn

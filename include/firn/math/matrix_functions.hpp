@@ -132,15 +132,15 @@ template <class S, int D, class Stretch>
 }
 
 /// Returns F + X F. In the lanes of `rare`, X is that of change_in_principal_axes(); in all others it is `change`.
-template <class S, int D, class Mask, class Stretch>
-FIRN_INLINE Mat<S, D> changed(const Mat<S, D>& F, Mat<S, D> change, const Mask& rare, const Mat<S, D>& A,
-                              const Stretch& stretch) {
+template <class G, class S, int D, class Mask, class Stretch>
+FIRN_INLINE G changed(const G& F, Mat<S, D> change, const Mask& rare, const Mat<S, D>& A, const Stretch& stretch) {
+    const Mat<S, D>& whole = F;
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
-        change_in_principal_axes(F, A, stretch, sure);
+        change_in_principal_axes(whole, A, stretch, sure);
         change = select(rare, sure, change);
     }
-    return F + change * F;
+    return increased(F, change * whole);
 }
 
 }  // namespace detail
@@ -151,21 +151,25 @@ FIRN_INLINE Mat<S, D> changed(const Mat<S, D>& F, Mat<S, D> change, const Mask& 
 /// ε) where all principal strains are below 0.4, elsewhere that of principal_stretches().
 ///
 /// With b = FFᵀ and z = (b − I)(b + I)⁻¹ the strain is artanh z. Where ‖z‖ exceeds 0.4, or where det F is not positive,
-/// it is computed in principal axes, which takes longer.
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
+/// it is computed in principal axes, which takes longer. b − I comes from F − I, so that of a body that has not turned
+/// the error is relative to the strain.
+template <deformation_gradient G>
+FIRN_INLINE matrix_of_t<G> logarithmic_strain(const G& F) {
+    using S = scalar_of_t<G>;
+    constexpr int D = dimension_of<G>;
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     // Bound of ‖z‖. The series is cut off at 0.4¹⁷/17 = 1e-8; in double at 0.4³⁷/37 = 5e-17.
     constexpr double most = 0.4;
-    const Mat<S, D> b = detail::symmetric_product(F, transpose(F)), one = Mat<S, D>::identity();
-    const Mat<S, D> z = detail::symmetric_product(b - one, detail::inverse_of_symmetric(b + one));
+    const Mat<S, D>& whole = F;
+    const Mat<S, D> E = left_cauchy_green_change(F);
+    const Mat<S, D> z = detail::symmetric_product(E, detail::inverse_of_symmetric(E + Mat<S, D>::diagonal(S(2))));
     Mat<S, D> strain = detail::polynomial_of(z, detail::series_of_artanh<single ? 15 : 35>());
     const mask_t<S> near = squared_norm(z) < S(most * most);
-    const mask_t<S> upright = S(0) < determinant(F);
+    const mask_t<S> upright = S(0) < determinant(whole);
     const auto rare = !(near & upright);  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
-        detail::strain_in_principal_axes(F, sure);
+        detail::strain_in_principal_axes(whole, sure);
         strain = select(rare, sure, strain);
     }
     return strain;
@@ -180,14 +184,16 @@ FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
 ///
 /// Where ‖A‖ exceeds 0.4, or where det F is not positive, it is computed in principal axes. An inverted F becomes
 /// upright: a principal stretch below 1e-6 is first replaced by 1e-6, as in logarithmic_strain().
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> strained_by(const Mat<S, D>& F, const Mat<S, D>& A) {
+template <deformation_gradient G>
+FIRN_INLINE G strained_by(const G& F, const matrix_of_t<G>& A) {
+    using S = scalar_of_t<G>;
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     // Bound of ‖A‖. The series is cut off at 0.4⁸/8! = 2e-8; in double at 0.4¹⁴/14! = 3e-17.
     constexpr double most = 0.4;
-    const Mat<S, D> change = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
+    const auto change = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
     const mask_t<S> near = squared_norm(A) < S(most * most);
-    const mask_t<S> upright = S(0) < determinant(F);
+    const matrix_of_t<G>& whole = F;
+    const mask_t<S> upright = S(0) < determinant(whole);
     const auto rare = !(near & upright);  // includes NaN
     return detail::changed(F, change, rare, A,
                            [](const S& a, const S& sigma) FIRN_LAMBDA { return exp(a) * max(sigma, S(1e-6)); });
@@ -203,8 +209,10 @@ FIRN_INLINE Mat<S, D> strained_by(const Mat<S, D>& F, const Mat<S, D>& A) {
 /// \param b   the left Cauchy–Green tensor FFᵀ [1]
 /// \param J   det F [1]; if F is inverted, any number that is not positive
 /// \param to  b′ [1]: symmetric, with the principal directions of b
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> stretched_to(const Mat<S, D>& F, const Mat<S, D>& b, const S& J, const Mat<S, D>& to) {
+template <deformation_gradient G>
+FIRN_INLINE G stretched_to(const G& F, const matrix_of_t<G>& b, const scalar_of_t<G>& J, const matrix_of_t<G>& to) {
+    using S = scalar_of_t<G>;
+    constexpr int D = dimension_of<G>;
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     // Bound of ‖z‖. The series is cut off at 0.22 · 0.25¹² = 1e-8; in double at 0.16 · 0.25²⁶ = 4e-17.
     constexpr double most = 0.25;

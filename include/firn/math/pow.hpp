@@ -15,17 +15,14 @@ namespace firn {
 
 namespace detail {
 
-/// Returns log x as the sum of two numbers, for finite x > 0, with a relative error of about ε / 100 (ε: machine
+/// Returns log x as the sum of two numbers, for x = (1 + f) 2ᵉ > 0, with a relative error of about ε / 100 (ε: machine
 /// epsilon). All products whose rounding errors would matter are products of two results of leading_half(), and
 /// therefore exact. So these products are the same with and without fused multiply-adds.
 template <class S>
-FIRN_INLINE Pair<S> log_pair(const S& x) {
-    const auto [m, e] = split(x);
-    const S f = m - S(1);
-
-    // s = f / (m + 1)
-    const S divisor = settled(m + S(1));
-    const S divisor_rest = m - (divisor - S(1));
+FIRN_INLINE Pair<S> log_pair(const S& f, const S& e) {
+    // s = f / (f + 2)
+    const S divisor = settled(f + S(2));
+    const S divisor_rest = f - (divisor - S(2));
     const S divisor_head = leading_half(divisor);
     const S s = leading_half(f / divisor);
     const S s_rest = (((f - s * divisor_head) - s * (divisor - divisor_head)) - s * divisor_rest) / divisor;
@@ -54,22 +51,28 @@ FIRN_INLINE Pair<S> log_pair(const S& x) {
     return two_sum(sum2.high, (sum.low + sum2.low) + (correction + e * S(ln2_low<S>)));
 }
 
+/// Returns y log x as the sum of two numbers, from log_pair().
+template <class S>
+FIRN_INLINE Pair<S> times_log(const S& y, const Pair<S>& log) {
+    const S log_head = leading_half(log.high);
+    const S log_rest = (log.high - log_head) + log.low;
+    const S y_head = leading_half(y);
+    return {y_head * log_head, (y - y_head) * log_head + y * log_rest};
+}
+
 }  // namespace detail
 
 /// Returns xʸ for x ≥ 0, NaN for x < 0. The error is at most 1.3 ulp (measured).
 template <scalar S>
 FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    const auto [log_high, log_low] = detail::log_pair(x);
-    const S rough = y * log_high;
+    const auto [m, e] = detail::split(x);
+    const detail::Pair<S> log = detail::log_pair(m - S(1), e);
+    const S rough = y * log.high;
     const auto over = S(detail::exp_highest<S>) < rough;
     const auto under = rough < S(detail::exp_lowest<S>);
 
-    const S log_head = leading_half(log_high);
-    const S log_rest = (log_high - log_head) + log_low;
-    const S y_head = leading_half(y);
-    const S high = y_head * log_head;
-    const S low = (y - y_head) * log_head + y * log_rest;
+    const auto [high, low] = detail::times_log(y, log);
     S r = detail::exp_of_sum(select(over | under, S(0), high), select(over | under, S(0), low));
 
     r = select(under, S(0), select(over, S(infinity), r));
@@ -84,6 +87,18 @@ FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     return select((x == x) & (y == y), r, x + y);
 }
 
+/// Returns xʸ − 1 for x = 1 + less_one, so that nothing is lost near x = 1. x must be positive, and xʸ in the range of
+/// the scalar. The error is at most 5 ulp where x is between 0.71 and 1.41 (measured: 4.5), and |y| + 5 ulp elsewhere.
+template <scalar S>
+FIRN_INLINE S pow_less_one(const S& less_one, const std::type_identity_t<S>& y) {
+    const S x = S(1) + less_one;
+    const auto [m, e] = detail::split(x);
+    const S f = select(e == S(0), less_one, m - S(1));
+    const auto [high, low] = detail::times_log(y, detail::log_pair(f, e));
+    const detail::ExpParts<S> power = detail::exp_parts(high, low);
+    return select(power.n == S(0), power.q, power.whole() - S(1));
+}
+
 /// Returns xʸ and its derivative, d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy. The first term is 0 if dx = 0 or y = 0, the second
 /// term is 0 if dy = 0, even where the other factors of a term are infinite.
 template <scalar T>
@@ -94,6 +109,13 @@ FIRN_INLINE dual<T> pow(const dual<T>& x, const std::type_identity_t<dual<T>>& y
     const auto base_matters = !((x.derivative == T(0)) | (y.value == T(0)));
     const auto exponent_matters = !(y.derivative == T(0));
     return {value, select(base_matters, by_base, T(0)) + select(exponent_matters, by_exponent, T(0))};
+}
+
+/// Returns xʸ − 1 for x = 1 + less_one, and its derivative.
+template <scalar T>
+FIRN_INLINE dual<T> pow_less_one(const dual<T>& less_one, const std::type_identity_t<dual<T>>& y) {
+    const dual<T> power = pow(dual<T>(T(1) + less_one.value, less_one.derivative), y);
+    return {pow_less_one(less_one.value, y.value), power.derivative};
 }
 
 }  // namespace firn

@@ -2,22 +2,26 @@
 /// bounds to bound wave speeds, and to skip the return mapping of particles that certainly do not yield.
 #pragma once
 
-#include <firn/core/tensor.hpp>
+#include <firn/math/deformation.hpp>
 
 namespace firn {
 
 /// Returns an upper bound of the square of F's largest singular value [1]. The bound is the largest row sum Σⱼ
 /// |(FFᵀ)ᵢⱼ| of FFᵀ (Gershgorin). The bound is exact if FFᵀ is diagonal.
-template <scalar S, int D>
-FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
-    const Mat<S, D> b = F * transpose(F);
-    S largest = S(0);
+template <deformation_gradient G>
+FIRN_INLINE scalar_of_t<G> squared_stretch_bound(const G& F) {
+    using S = scalar_of_t<G>;
+    constexpr int D = dimension_of<G>;
+    const Mat<S, D> E = left_cauchy_green_change(F);
+    S largest = S(-1);
     unroll<D>([&](auto i) FIRN_LAMBDA {
-        S row = abs(b(i, 0));
-        unroll<D - 1>([&](auto j) FIRN_LAMBDA { row = row + abs(b(i, j + 1)); });
-        largest = max(largest, row);
+        S row = E(i, i);  // the diagonal of FFᵀ is not negative
+        unroll<D>([&](auto j) FIRN_LAMBDA {
+            if constexpr (int(i) != int(j)) row = row + abs(E(i, j));
+        });
+        largest = int(i) == 0 ? row : max(largest, row);
     });
-    return largest;
+    return S(1) + largest;
 }
 
 /// Bounds of the squares of all singular values of a matrix [1].
@@ -28,9 +32,11 @@ struct StretchRange {
 };
 /// Returns bounds of the squares of F's singular values, from Gershgorin's discs of FFᵀ. The bounds are exact if FFᵀ is
 /// diagonal.
-template <scalar S, int D>
-FIRN_INLINE StretchRange<S> squared_stretch_range(const Mat<S, D>& F) {
-    const Mat<S, D> b = F * transpose(F);
+template <deformation_gradient G>
+FIRN_INLINE auto squared_stretch_range(const G& F) {
+    using S = scalar_of_t<G>;
+    constexpr int D = dimension_of<G>;
+    const Mat<S, D> b = left_cauchy_green(F);
     StretchRange<S> range;
     unroll<D>([&](auto i) FIRN_LAMBDA {
         S radius = S(0);
