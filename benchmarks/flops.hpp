@@ -34,6 +34,8 @@ struct Counted {
     friend Counted sqrt(Counted a) { return result(std::sqrt(a.value)); }
     friend Counted abs(Counted a) { return std::abs(a.value); }
     friend Counted floor(Counted a) { return std::floor(a.value); }
+    /// On the CPU, nothing is to do. \see firn/math/deformation.hpp
+    friend Counted excess_of(Counted, Counted excess) { return excess; }
 };
 
 }  // namespace scenes

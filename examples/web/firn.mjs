@@ -20,6 +20,9 @@ const format = 1; // of the manifest
 const noParticle = 0xffffffff;
 const arrayTypes = { f32: Float32Array, i32: Int32Array, u32: Uint32Array };
 
+/** What a buffer lacks of number c of a component: 1 on the diagonal of a matrix F, or of a number J, else 0. */
+const lacking = (lessOne, count, c) => Number(lessOne && c % ({ 9: 4, 4: 3 }[count] ?? 1) === 0);
+
 /** Fetches a program's manifest and code from the folder at `url`. */
 export async function fetchProgram(url) {
     const get = async (name) => {
@@ -185,13 +188,14 @@ export class Simulation {
 
     /**
      * The place of a component: number c of particle i is at word (row + c) * capacity + i of `gpu`, a GPUBuffer from
-     * which you can draw.
+     * which you can draw. If `less_one` is true, the buffer has the diagonal of a matrix, or the number, less 1.
      */
     component(name) {
         for (const buffer of this.manifest.buffers) {
             let row = 0;
             for (const component of buffer.components ?? []) {
-                if (component.name === name) return { row, count: component.count, ...this.#buffer(buffer.name) };
+                const { count, less_one = false } = component;
+                if (component.name === name) return { row, count, less_one, ...this.#buffer(buffer.name) };
                 row += component.count;
             }
         }
@@ -206,13 +210,13 @@ export class Simulation {
     write({ position, ...values }) {
         if (position) Object.assign(values, this.#split(position));
         for (const [name, numbers] of Object.entries(values)) {
-            const { row, count, Type, gpu } = this.component(name);
+            const { row, count, less_one, Type, gpu } = this.component(name);
             if (numbers.length !== count * this.particles)
                 throw new FirnError(`${name} has ${count} numbers for each of ${this.particles} particles; there are ` +
                     `${numbers.length} in all.`);
             for (let c = 0; c < count; ++c) {
                 const one = new Type(this.particles);
-                for (let i = 0; i < one.length; ++i) one[i] = numbers[i * count + c];
+                for (let i = 0; i < one.length; ++i) one[i] = numbers[i * count + c] - lacking(less_one, count, c);
                 this.device.queue.writeBuffer(gpu, 4 * (row + c) * this.capacity, one);
             }
         }
@@ -293,11 +297,12 @@ export class Simulation {
             const [place, corner] = [await this.read('place'), await this.read('corner')];
             return Float64Array.from(place, (p, k) => lower[k % lower.length] + cell_size * (corner[k] + p));
         }
-        const { row, count, Type, gpu } = this.component(name);
+        const { row, count, less_one, Type, gpu } = this.component(name);
         const rows = new Type(await this.#download(gpu, 4 * row * this.capacity, 4 * count * this.capacity));
         const numbers = new Type(count * this.particles);
         for (let c = 0; c < count; ++c)
-            for (let i = 0; i < this.particles; ++i) numbers[i * count + c] = rows[c * this.capacity + i];
+            for (let i = 0; i < this.particles; ++i)
+                numbers[i * count + c] = rows[c * this.capacity + i] + lacking(less_one, count, c);
         return numbers;
     }
 

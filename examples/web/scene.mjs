@@ -189,8 +189,7 @@ export function writeBodies(simulation, { particles, position, velocity, volume 
     const values = { position, velocity, volume, mass: volume.map((v) => density * v) };
     // Further fields of the material's state get the manifest's default, if they have one.
     for (const component of simulation.manifest.buffers.flatMap(({ components = [] }) => components)) {
-        if (component.name === 'deformation_gradient') values[component.name] = repeat([1, 0, 0, 0, 1, 0, 0, 0, 1]);
-        else if (component.default !== undefined) values[component.name] = repeat([component.default].flat());
+        if (component.default !== undefined) values[component.name] = repeat([component.default].flat());
     }
     simulation.write(values);
 }

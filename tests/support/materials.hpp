@@ -57,30 +57,35 @@ Mat<double, D> simple_shear(double k) {
     return F;
 }
 
+/// The numbers of a field of a state, as they are stored.
+template <class Member>
+auto numbers_in(const Member& member) {
+    return firn::detail::Stored<Member>::numbers(member);
+}
 /// The same state with another scalar.
 template <class To, class From>
-To converted(From from) {
+To converted(const From& from) {
     To to{};
     constexpr auto a = From::fields();
     constexpr auto b = To::fields();
     unroll<int(std::tuple_size_v<decltype(a)>)>([&](auto f) {
-        auto& x = from.*(std::get<f>(a).member);
         auto& y = to.*(std::get<f>(b).member);
-        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(x)>>; ++k)
-            firn::detail::components(y)[k] =
-                std::remove_cvref_t<decltype(firn::detail::components(y)[k])>(firn::detail::components(x)[k]);
+        using Y = firn::detail::Stored<std::remove_cvref_t<decltype(y)>>;
+        const auto x = numbers_in(from.*(std::get<f>(a).member));
+        std::array<typename Y::Number, x.size()> numbers;
+        for (std::size_t k = 0; k < x.size(); ++k) numbers[k] = typename Y::Number(x[k]);
+        y = Y::made(numbers);
     });
     return to;
 }
-/// All numbers of a state.
+/// All numbers of a state, as they are stored.
 template <class S>
-std::vector<double> numbers_of(S state) {
+std::vector<double> numbers_of(const S& state) {
     std::vector<double> all;
     std::apply(
         [&](const auto&... field) {
-            const auto add = [&](auto& member) {
-                for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-                    all.push_back(double(firn::detail::components(member)[k]));
+            const auto add = [&](const auto& member) {
+                for (const auto number : numbers_in(member)) all.push_back(double(number));
             };
             (add(state.*field.member), ...);
         },
@@ -194,10 +199,9 @@ void check_lanes(const M<S>& model, const StateOf& state_of, int count) {
             std::apply(
                 [&](const auto&... field) {
                     const auto set = [&](auto& to, const auto& from) {
-                        constexpr int n = component_count<std::remove_cvref_t<decltype(to)>>;
-                        auto copy = from;
-                        for (int k = 0; k < n; ++k)
-                            firn::detail::components(to)[k].set(lane, firn::detail::components(copy)[k]);
+                        auto numbers = numbers_in(to);
+                        for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k].set(lane, numbers_in(from)[k]);
+                        to = firn::detail::Stored<std::remove_cvref_t<decltype(to)>>::made(numbers);
                     };
                     constexpr auto of_plain = State<M<S>, D>::fields();
                     std::apply(
@@ -224,9 +228,8 @@ void check_lanes(const M<S>& model, const StateOf& state_of, int count) {
                 std::vector<double> got;
                 std::apply(
                     [&](const auto&... field) {
-                        const auto add = [&](auto& member) {
-                            for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-                                got.push_back(double(firn::detail::components(member)[k][lane]));
+                        const auto add = [&](const auto& member) {
+                            for (const auto& number : numbers_in(member)) got.push_back(double(number[lane]));
                         };
                         (add(after.*field.member), ...);
                     },

@@ -136,11 +136,11 @@ std::uint64_t hash(const firn::Particles<S, D, State>& particles) {
     Hash all;
     for (const std::size_t slot : slot_of) {
         const auto x = particles.position(slot), v = particles.velocity(slot);
-        const auto C = particles.affine(slot), F = particles.state(slot).F;
+        const auto C = particles.affine(slot), H = displacement_gradient(particles.state(slot).F);
         all.add(x.v, std::size_t(D));
         all.add(v.v, std::size_t(D));
         all.add(C.m, std::size_t(D * D));
-        all.add(F.m, std::size_t(D * D));
+        all.add(H.m, std::size_t(D * D));
     }
     return all.value;
 }

@@ -50,7 +50,7 @@ Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>&
 /// Each F is stored column after column; `.col(i).reshaped(D, D)` is one F. The material's state must have a member F.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
-    return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });
+    return copy_of(particles, [&](std::size_t slot) { return Mat<S, D>(particles.state(slot).F); });
 }
 /// Returns the Kirchhoff stresses τ [Pa]: a D² × n matrix with one column per particle, in the order of copy_of(). Each
 /// τ is stored column after column.

@@ -80,6 +80,9 @@ struct StridedSpan {
     /// Offset of each component, counted in numbers of type S (not bytes). The components of a matrix are listed column
     /// by column.
     std::array<std::ptrdiff_t, 9> offset{};
+    /// For deformation gradients and volume ratios: false if the arrays hold F and J, true if they hold F − I and J −
+    /// 1, as firn's own particles do, so that small strains are not lost.
+    bool less_one = false;
 
     /// Describes a field of one number per particle. \param stride  distance between two particles, in numbers
     static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }

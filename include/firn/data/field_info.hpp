@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace firn {
@@ -59,11 +60,16 @@ struct FieldInfo {
     const char* unit;  ///< unit of the field, such as "m/s"
     FieldShape shape;  ///< shape of the field
     FieldRole role;    ///< which part of a program writes the field
-    /// Start values of the components, which new particles and padding get. The components of a matrix are listed
-    /// column by column.
+    /// Start values of the components, as they are stored, which new particles and padding get. The components of a
+    /// matrix are listed column by column.
     std::array<double, 9> start{};
     FieldRange range = FieldRange::finite;   ///< which values of the field are valid in a saved state
     FieldNumber number = FieldNumber::real;  ///< type of the field's numbers
+    /// True if memory holds the number, or the diagonal of the matrix, less 1, because it is a DeformationGradient or a
+    /// VolumeRatio. A saved state has the number itself, and what it cannot hold of the difference in a field of its
+    /// own.
+    /// \see remainder_name
+    bool less_one = false;
 
     /// True if `value` lies in the field's range.
     /// \param value  a finite number
@@ -89,6 +95,15 @@ struct FieldInfo {
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
+    /// Returns whether the component with index k in a saved state is stored less 1. \param d  dimension of space
+    constexpr bool is_less_one(int d, int k) const {
+        return less_one && (shape == FieldShape::scalar || k % (d + 1) == 0);
+    }
+    /// Returns the number of components per particle that are stored less 1, in d dimensions.
+    constexpr int components_less_one(int d) const { return !less_one ? 0 : shape == FieldShape::scalar ? 1 : d; }
+    /// Returns the name of the field of a saved state that holds the remainders of the components that are stored less
+    /// 1: what each rounded component, less 1, lacks of the stored number.
+    std::string remainder_name() const { return std::string(name) + "_remainder"; }
     /// Returns the index, among the field's stored components, of the component that has index k in a saved state. In a
     /// saved state, matrices are stored row by row. \param d  dimension of space
     constexpr int component_of(int d, int k) const {

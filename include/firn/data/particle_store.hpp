@@ -150,16 +150,35 @@ public:
     /// \param to     memory for FieldInfo::components_in_state() numbers
     void get(std::size_t field, std::size_t slot, S* to) const {
         const FieldInfo& info = table_[field];
-        for (int k = 0; k < info.components_in_state(D); ++k)
-            to[k] = fields_.template at<S>(field, slot, info.component_of(D, k));
+        for (int k = 0; k < info.components_in_state(D); ++k) {
+            const S stored = fields_.template at<S>(field, slot, info.component_of(D, k));
+            to[k] = info.is_less_one(D, k) ? S(1) + stored : stored;
+        }
+    }
+    /// Copies the remainders of a field that is stored less 1. \see FieldInfo::remainder_name
+    /// \param to  memory for FieldInfo::components_less_one() numbers
+    void get_remainders(std::size_t field, std::size_t slot, S* to) const {
+        const FieldInfo& info = table_[field];
+        for (int k = 0; k < info.components_in_state(D); ++k) {
+            if (!info.is_less_one(D, k)) continue;
+            const S stored = fields_.template at<S>(field, slot, info.component_of(D, k));
+            *to++ = stored - ((S(1) + stored) - S(1));
+        }
     }
     /// Sets all components of a field of the particle in a slot. In `from`, the components have the order of get(). Of
     /// a symmetric matrix, only the upper triangle is used.
-    /// \param field  index of the field in the table
-    void set(std::size_t field, std::size_t slot, const S* from) {
+    /// \param field       index of the field in the table
+    /// \param remainders  of a field that is stored less 1: the numbers of get_remainders(), or nullptr if they are 0
+    /// \tparam T          type of the numbers; they are rounded to S last
+    template <std::floating_point T>
+    void set(std::size_t field, std::size_t slot, const T* from, const T* remainders = nullptr) {
         const FieldInfo& info = table_[field];
-        for (int k = info.components_in_state(D) - 1; k >= 0; --k)
-            fields_.template at<S>(field, slot, info.component_of(D, k)) = from[k];
+        int left = info.components_less_one(D);
+        for (int k = info.components_in_state(D) - 1; k >= 0; --k) {
+            T number = from[k];
+            if (info.is_less_one(D, k)) number = (number - T(1)) + (remainders ? remainders[--left] : T(0));
+            fields_.template at<S>(field, slot, info.component_of(D, k)) = S(number);
+        }
     }
 
     /// Returns the contact group of the particle in a slot.

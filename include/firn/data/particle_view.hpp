@@ -9,18 +9,24 @@
 #include <firn/data/field_info.hpp>
 #include <firn/material/concept.hpp>
 
+#include <algorithm>
+#include <array>
+
 namespace firn {
 
 /// \name Number of components of a type
 /// @{
 
-/// Number of components of T: 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
+/// Number of components of T: 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>` or a `DeformationGradient<S,
+/// D>`.
 template <class T>
 inline constexpr int component_count = 1;
 template <class S, int D>
 inline constexpr int component_count<Vec<S, D>> = D;
 template <class S, int D>
 inline constexpr int component_count<Mat<S, D>> = D * D;
+template <class S, int D>
+inline constexpr int component_count<DeformationGradient<S, D>> = D * D;
 /// @}
 
 /// Number of fields in a material's state.
@@ -138,18 +144,106 @@ FIRN_INLINE void store_symmetric(const Field& field, const Slots& slots, const M
 }
 
 namespace detail {
+
+/// The numbers that memory holds of a value of type T. Of a DeformationGradient these are the components of F − I, of a
+/// VolumeRatio J − 1.
+template <class T>
+struct Stored {
+    using Number = T;
+    template <class Q>
+    using With = Q;                          ///< the type of the value with the scalar Q
+    static constexpr bool less_one = false;  ///< whether the number, or the diagonal of the matrix, is stored less 1
+    FIRN_INLINE static std::array<T, 1> numbers(const T& value) { return {value}; }
+    FIRN_INLINE static T made(const std::array<T, 1>& numbers) { return numbers[0]; }
+};
+template <class P, int D>
+struct Stored<Vec<P, D>> {
+    using Number = P;
+    template <class Q>
+    using With = Vec<Q, D>;
+    static constexpr bool less_one = false;
+    FIRN_INLINE static std::array<P, D> numbers(const Vec<P, D>& value) { return std::to_array(value.v); }
+    FIRN_INLINE static Vec<P, D> made(const std::array<P, D>& numbers) {
+        Vec<P, D> value;
+        unroll<D>([&](auto k) FIRN_LAMBDA { value.v[k] = numbers[k]; });
+        return value;
+    }
+};
+template <class P, int D>
+struct Stored<Mat<P, D>> {
+    using Number = P;
+    template <class Q>
+    using With = Mat<Q, D>;
+    static constexpr bool less_one = false;
+    FIRN_INLINE static std::array<P, D * D> numbers(const Mat<P, D>& value) { return std::to_array(value.m); }
+    FIRN_INLINE static Mat<P, D> made(const std::array<P, D * D>& numbers) {
+        Mat<P, D> value;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { value.m[k] = numbers[k]; });
+        return value;
+    }
+};
+template <class P, int D>
+struct Stored<DeformationGradient<P, D>> {
+    using Number = P;
+    template <class Q>
+    using With = DeformationGradient<Q, D>;
+    static constexpr bool less_one = true;
+    FIRN_INLINE static std::array<P, D * D> numbers(const DeformationGradient<P, D>& value) {
+        return Stored<Mat<P, D>>::numbers(displacement_gradient(value));
+    }
+    FIRN_INLINE static DeformationGradient<P, D> made(const std::array<P, D * D>& numbers) {
+        return DeformationGradient<P, D>::from_displacement(Stored<Mat<P, D>>::made(numbers));
+    }
+};
 template <class P>
-FIRN_INLINE P* components(P& a) {
-    return &a;
+struct Stored<VolumeRatio<P>> {
+    using Number = P;
+    template <class Q>
+    using With = VolumeRatio<Q>;
+    static constexpr bool less_one = true;
+    FIRN_INLINE static std::array<P, 1> numbers(const VolumeRatio<P>& value) { return {value.excess}; }
+    FIRN_INLINE static VolumeRatio<P> made(const std::array<P, 1>& numbers) {
+        return VolumeRatio<P>::from_excess(numbers[0]);
+    }
+};
+
+/// Calls f(k) for each component k of a T that is stored less 1. D: dimension of space
+template <class T, class F>
+FIRN_INLINE void for_less_one(const F& f) {
+    constexpr int N = component_count<T>, step = N == 9 ? 4 : N == 4 ? 3 : 1;
+    unroll<(N + step - 1) / step>([&](auto i) FIRN_LAMBDA { f(std::integral_constant<int, int(i) * step>{}); });
 }
-template <class P, int D>
-FIRN_INLINE P* components(Vec<P, D>& a) {
-    return a.v;
+/// Whether the arrays of this field may hold F and J, not F − I and J − 1. \see StridedSpan::less_one
+template <class Field>
+inline constexpr bool may_hold_whole = requires(const Field field) { field.less_one; };
+
+/// Makes a value of type T from the numbers get(k) of a field's components k.
+template <class T, class Field, class Get>
+FIRN_INLINE T value_of(const Field& field, const Get& get) {
+    using Number = typename Stored<T>::Number;
+    std::array<Number, std::size_t(component_count<T>)> numbers;
+    unroll<component_count<T>>([&](auto k) FIRN_LAMBDA { numbers[k] = get(k); });
+    if constexpr (Stored<T>::less_one && may_hold_whole<Field>)
+        if (!field.less_one) for_less_one<T>([&](auto k) FIRN_LAMBDA { numbers[k] = numbers[k] - Number(1); });
+    return Stored<T>::made(numbers);
 }
-template <class P, int D>
-FIRN_INLINE P* components(Mat<P, D>& a) {
-    return a.m;
+/// Returns the values of a field for the particles in some slots. \tparam T  the type of a value, with a number or a
+/// pack as its scalar
+template <class T, class Field>
+FIRN_INLINE T load_value(const Field& field, const Slots& slots) {
+    return value_of<T>(field,
+                       [&](auto k) FIRN_LAMBDA { return field.template load<typename Stored<T>::Number>(slots, k); });
 }
+/// Writes the values of a field for the particles in some slots.
+template <class T, class Field>
+FIRN_INLINE void store_value(const Field& field, const Slots& slots, const T& value) {
+    auto numbers = Stored<T>::numbers(value);
+    if constexpr (Stored<T>::less_one && may_hold_whole<Field>)
+        if (!field.less_one)
+            for_less_one<T>([&](auto k) FIRN_LAMBDA { numbers[k] = numbers[k] + typename Stored<T>::Number(1); });
+    unroll<component_count<T>>([&](auto k) FIRN_LAMBDA { field.store(slots, k, numbers[k]); });
+}
+
 }  // namespace detail
 
 /// Appends the fields of a material's state to a table. The start values of these fields are those of a
@@ -161,13 +255,15 @@ void append_state_fields(FieldTable& table) {
         [&](const auto&... each) {
             [[maybe_unused]] const auto append = [&](const auto& field) {
                 auto& member = start.*(field.member);
-                constexpr int components = component_count<std::remove_cvref_t<decltype(member)>>;
+                using Value = std::remove_cvref_t<decltype(member)>;
+                constexpr int components = component_count<Value>;
                 FieldInfo info{field.name, field.unit,
                                components == 1   ? FieldShape::scalar
                                : components == D ? FieldShape::vector
                                                  : FieldShape::matrix,
                                FieldRole::state};
-                for (int k = 0; k < components; ++k) info.start[std::size_t(k)] = double(detail::components(member)[k]);
+                std::ranges::copy(detail::Stored<Value>::numbers(member), info.start.begin());
+                info.less_one = detail::Stored<Value>::less_one;
                 table.push_back(info);
             };
             (append(each), ...);
@@ -191,22 +287,16 @@ FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& sl
     constexpr auto members = State::fields();
     unroll<int(N)>([&](auto f) FIRN_LAMBDA {
         auto& member = state.*(std::get<f>(members).member);
-        auto* to = detail::components(member);
-        unroll<component_count<std::remove_cvref_t<decltype(member)>>>(
-            [&](auto k) FIRN_LAMBDA { to[k] = fields[f].template load<std::remove_cvref_t<decltype(*to)>>(slots, k); });
+        member = detail::load_value<std::remove_cvref_t<decltype(member)>>(fields[f], slots);
     });
     return state;
 }
 /// Writes the material's state of the particles in some slots.
 template <class State, class Field, std::size_t N>
-FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& slots, State& state) {
+FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& slots, const State& state) {
     constexpr auto members = State::fields();
-    unroll<int(N)>([&](auto f) FIRN_LAMBDA {
-        auto& member = state.*(std::get<f>(members).member);
-        const auto* from = detail::components(member);
-        unroll<component_count<std::remove_cvref_t<decltype(member)>>>(
-            [&](auto k) FIRN_LAMBDA { fields[f].store(slots, k, from[k]); });
-    });
+    unroll<int(N)>([&](auto f)
+                       FIRN_LAMBDA { detail::store_value(fields[f], slots, state.*(std::get<f>(members).member)); });
 }
 
 }  // namespace firn

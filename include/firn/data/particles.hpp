@@ -44,17 +44,21 @@ public:
     /// Returns the material's state of the particle in a slot.
     State state(std::size_t slot) const {
         State state{};
-        for_members(state, [&](std::size_t field, auto* numbers, int components) {
+        for_members(state, [&](std::size_t field, auto& member) {
+            using Value = std::remove_cvref_t<decltype(member)>;
             const S* const from = this->numbers_of(field, slot);
-            for (int k = 0; k < components; ++k) numbers[k] = from[k * pack_size];
+            std::array<S, std::size_t(component_count<Value>)> numbers;
+            for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = from[k * pack_size];
+            member = detail::Stored<Value>::made(numbers);
         });
         return state;
     }
     /// Sets the material's state of the particle in a slot.
-    void set_state(std::size_t slot, State state) {
-        for_members(state, [&](std::size_t field, const auto* numbers, int components) {
+    void set_state(std::size_t slot, const State& state) {
+        for_members(state, [&](std::size_t field, const auto& member) {
             S* const to = this->numbers_of(field, slot);
-            for (int k = 0; k < components; ++k) to[k * pack_size] = numbers[k];
+            const auto numbers = detail::Stored<std::remove_cvref_t<decltype(member)>>::numbers(member);
+            for (std::size_t k = 0; k < numbers.size(); ++k) to[k * pack_size] = numbers[k];
         });
     }
 
@@ -69,16 +73,12 @@ public:
     }
 
 private:
-    /// Calls f(field, numbers, components) for each field of a state: `field` is the index of the field in the table,
-    /// `numbers` is the address of the field's components in `state`, and `components` tells how many there are.
-    template <class F>
-    static void for_members(State& state, const F& f) {
+    /// Calls f(field, member) for each member of a state that is a field; `field` is its index in the table.
+    template <class OfState, class F>
+    static void for_members(OfState& state, const F& f) {
         constexpr auto members = State::fields();
-        unroll<int(state_field_count<State>)>([&](auto k) {
-            auto& member = state.*(std::get<k>(members).member);
-            f(Store::built_in_fields + k, detail::components(member),
-              component_count<std::remove_cvref_t<decltype(member)>>);
-        });
+        unroll<int(state_field_count<State>)>(
+            [&](auto k) { f(Store::built_in_fields + k, state.*(std::get<k>(members).member)); });
     }
 };
 

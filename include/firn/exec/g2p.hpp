@@ -244,14 +244,13 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
 
 /// Returns the sum of all values of a state. The sum is not finite if one of the values is not finite.
 template <class P, class State>
-FIRN_INLINE P sum_of_state(State state) {
+FIRN_INLINE P sum_of_state(const State& state) {
     constexpr auto members = State::fields();
     P sum = P(0);
     unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) FIRN_LAMBDA {
-        auto& member = state.*(std::get<f>(members).member);
-        const P* numbers = components(member);
-        unroll<component_count<std::remove_cvref_t<decltype(member)>>>([&](auto k)
-                                                                           FIRN_LAMBDA { sum = sum + numbers[k]; });
+        const auto& member = state.*(std::get<f>(members).member);
+        const auto numbers = Stored<std::remove_cvref_t<decltype(member)>>::numbers(member);
+        unroll<int(numbers.size())>([&](auto k) FIRN_LAMBDA { sum = sum + numbers[k]; });
     });
     return sum;
 }

@@ -52,11 +52,12 @@ FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
     using State = typename View::state_type;
     constexpr int D = View::dimension;
     if constexpr (has_volume_ratio<State>) {
-        return view.state[field_of(&State::J)].template load<P>(slots, 0);
+        using J = typename Stored<decltype(State::J)>::template With<P>;
+        return load_value<J>(view.state[field_of(&State::J)], slots);
     } else if constexpr (has_volume<State>) {
-        Mat<P, D> F;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[field_of(&State::F)].template load<P>(slots, k); });
-        return determinant(F);
+        using F = typename Stored<decltype(State::F)>::template With<P>;
+        const Mat<P, D> of_particles = load_value<F>(view.state[field_of(&State::F)], slots);
+        return determinant(of_particles);
     } else {
         return P(1);
     }

@@ -68,10 +68,11 @@ To state_in_double(const From& state) {
     constexpr auto to = To::fields();
     unroll<int(std::tuple_size_v<decltype(from)>)>([&](auto f) {
         const auto& member = state.*(std::get<f>(from).member);
-        auto* numbers = components(exact.*(std::get<f>(to).member));
-        auto copy = member;
-        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-            numbers[k] = double(components(copy)[k]);
+        auto& in_double = exact.*(std::get<f>(to).member);
+        const auto numbers = Stored<std::remove_cvref_t<decltype(member)>>::numbers(member);
+        std::array<double, numbers.size()> wide;
+        std::ranges::copy(numbers, wide.begin());
+        in_double = Stored<std::remove_cvref_t<decltype(in_double)>>::made(wide);
     });
     return exact;
 }

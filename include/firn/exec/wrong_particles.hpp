@@ -109,8 +109,8 @@ template <class View, class Material>
     constexpr auto members = decltype(state)::fields();
     unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
         auto& member = state.*(std::get<f>(members).member);
-        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-            components(member)[k] = P(view.state[f].at(slots, k));
+        member = value_of<std::remove_cvref_t<decltype(member)>>(view.state[f],
+                                                                 [&](auto k) { return P(view.state[f].at(slots, k)); });
     });
     Vec<P, D> velocity;
     for (int a = 0; a < D; ++a) velocity[a] = P(view.velocity.at(slots, a));
@@ -140,11 +140,13 @@ template <int D, class View, class Material>
         constexpr auto member = std::get<i>(members);
         using Value = std::remove_cvref_t<decltype(std::declval<typename View::state_type>().*(member.member))>;
         look(member.name, view.state[i], component_count<Value>, numbers);
-        if (component_count<Value> != D * D || facts.has_volume_ratio) return;
-        Mat<double, D> F{};
-        for (int k = 0; k < D * D; ++k) F.m[k] = numbers[k];
-        facts.volume_ratio = determinant(F);
-        facts.has_volume_ratio = true;
+        if constexpr (component_count<Value> == D * D) {
+            if (facts.has_volume_ratio) return;
+            using InDouble = typename Stored<Value>::template With<double>;
+            const auto F = value_of<InDouble>(view.state[i], [&](auto k) { return numbers[k]; });
+            facts.volume_ratio = 1 + volume_change(F);
+            facts.has_volume_ratio = true;
+        }
     });
     look("stress", view.stress, symmetric_size<D>, numbers);
     find_speeds(view, slots, cell_size, material, facts);

@@ -7,6 +7,10 @@
 /// the functions of the model then take a `state<D>` instead of F. Models may use Eigen::Matrix<S, D, D> instead of
 /// Mat<S, D> if core/eigen.hpp is included.
 ///
+/// firn passes F as a DeformationGradient<S, D>, which is a Mat<S, D>. A function that takes every type of
+/// deformation_gradient_of<S>, and computes with the differences to the undeformed body, loses no small strain.
+/// \see math/deformation.hpp
+///
 /// Optional members:
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
@@ -25,6 +29,7 @@
 
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
+#include <firn/math/deformation.hpp>
 
 #include <type_traits>
 
@@ -33,7 +38,7 @@ namespace firn {
 /// The state of a particle that stores only the deformation gradient.
 template <class S, int D>
 struct ElasticState {
-    Mat<S, D> F = Mat<S, D>::identity();  ///< deformation gradient [1]
+    DeformationGradient<S, D> F;  ///< deformation gradient [1]
 
     static constexpr auto fields() { return std::tuple{parameter{"deformation_gradient", "1", &ElasticState::F}}; }
 };
@@ -124,7 +129,7 @@ std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 /// stress τ = J σ [Pa] as a Mat<S, D>; σ is the Cauchy stress, J = det F.
 template <class M, int D>
 concept has_kirchhoff_stress =
-    requires(const M m, const Mat<material_scalar_t<M>, D> F) {
+    requires(const M m, const DeformationGradient<material_scalar_t<M>, D> F) {
         { detail::call(detail::KirchhoffStress{}, m, F) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     } ||
     requires(const M m, const material_state_t<M, D> state) {
@@ -143,7 +148,7 @@ concept has_rate_dependent_stress =
 /// bound of the speed of elastic waves [m/s]. `density` is the density of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_wave_speed =
-    requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
+    requires(const M m, const material_scalar_t<M> density, const DeformationGradient<material_scalar_t<M>, D> F) {
         { detail::call(detail::WaveSpeed{}, m, density, F) } -> std::same_as<material_scalar_t<M>>;
     } ||
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
@@ -153,7 +158,7 @@ concept has_wave_speed =
 /// [J/m³ of undeformed volume].
 template <class M, int D>
 concept has_energy_density =
-    requires(const M m, const Mat<material_scalar_t<M>, D> F) {
+    requires(const M m, const DeformationGradient<material_scalar_t<M>, D> F) {
         { detail::call(detail::EnergyDensity{}, m, F) } -> std::same_as<material_scalar_t<M>>;
     } ||
     requires(const M m, const material_state_t<M, D> state) {
@@ -240,7 +245,8 @@ material_state_t<M, D> initial_state(const M& model) {
 /// if the step were elastic. F becomes (I + dt ∇v) F; the other fields of the state keep their values.
 template <class State, scalar S, int D>
 FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
-    state.F = state.F + (velocity_gradient * state.F) * dt;
+    const Mat<S, D>& F = state.F;
+    state.F = increased(state.F, (velocity_gradient * F) * dt);
     return state;
 }
 /// Returns the state after the model's return mapping: model.returned(trial), or the trial state itself if the model

@@ -58,18 +58,20 @@ struct FixedCorotated {
 
     /// Kirchhoff stress τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I [Pa]. J = det F, and F = V R
     /// is the polar decomposition.
-    template <int D>
-    FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
-        const S J = named("J", determinant(F));
-        return (F * transpose(F) - left_stretch(F)) * (mu + mu) + Mat<S, D>::diagonal(lambda * (J - S(1)) * J);
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE matrix_of_t<G> kirchhoff_stress(const G& F) const {
+        const S change = named("volume_change", volume_change(F));
+        return (left_cauchy_green_change(F) - left_stretch_change(F)) * (mu + mu) +
+               matrix_of_t<G>::diagonal(lambda * change * (S(1) + change));
     }
 
     /// Elastic energy ψ = μ (tr FFᵀ − 2 tr V + D) + λ/2 (J − 1)² [J/m³ of undeformed volume]. J = det F and V = √(FFᵀ);
     /// D is the number of dimensions.
-    template <int D>
-    FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
-        const S change = determinant(F) - S(1);
-        return mu * (squared_norm(F) - S(2) * trace(left_stretch(F)) + S(D)) + S(0.5) * lambda * change * change;
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S energy_density(const G& F) const {
+        const S change = volume_change(F);
+        return mu * (trace(left_cauchy_green_change(F)) - S(2) * trace(left_stretch_change(F))) +
+               S(0.5) * lambda * change * change;
     }
 
     /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
@@ -80,9 +82,9 @@ struct FixedCorotated {
     /// of the acoustic tensor, (Fᵀn)_j (Fᵀn)_l ∂²ψ/∂F_ij∂F_kl, for every unit direction n. The rotation R in the stress
     /// depends on F, too; the term of the tensor that comes from R is negative and is left out. For F = I the bound is
     /// exact: ρ0 c² = λ + 2μ. The code uses squared_stretch_bound(F), which is at least σ_max², in place of σ_max².
-    template <int D>
-    FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
-        const S J = named("J", determinant(F));
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S wave_speed(const S& density, const G& F) const {
+        const S J = named("J", S(1) + volume_change(F));
         return sqrt(((mu + mu) * squared_stretch_bound(F) + lambda * J * J) / density);
     }
 };

@@ -53,7 +53,7 @@ struct Fluid {
     /// The state of a particle: its volume ratio.
     template <int D>
     struct state {
-        S J = S(1);  ///< ratio of the volume to the volume at rest [1]
+        VolumeRatio<S> J;  ///< ratio of the volume to the volume at rest [1]
 
         static constexpr auto fields() { return std::tuple{parameter{"volume_ratio", "1", &state::J}}; }
     };
@@ -85,22 +85,22 @@ struct Fluid {
     }
 
     /// The pressure p = max(K/γ (J^−γ − 1), −tension) [Pa] at the volume ratio J; K and γ are `bulk` and `gamma`.
-    FIRN_INLINE S pressure(const S& J) const {
-        return named("pressure", max(bulk / gamma * (pow(J, -gamma) - S(1)), -tension));
+    FIRN_INLINE S pressure(const VolumeRatio<S>& J) const {
+        return named("pressure", max(bulk / gamma * pow_less_one(J.excess, -gamma), -tension));
     }
 
     /// The state after a time step dt [s] with velocity gradient ∇v [1/s]: the new J is J (1 + dt div v), clamped to
     /// [1/8, 8].
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& fluid, const Mat<S, D>& velocity_gradient, const S& dt) const {
-        const S J = fluid.J + fluid.J * (trace(velocity_gradient) * dt);
-        return {max(min(J, S(largest_J)), S(smallest_J))};
+        const S excess = fluid.J.excess + S(fluid.J) * (trace(velocity_gradient) * dt);
+        return {VolumeRatio<S>::from_excess(max(min(excess, S(largest_J - 1)), S(smallest_J - 1)))};
     }
 
     /// Kirchhoff stress τ = −p J I [Pa] of the fluid without flow (∇v = 0); p is the pressure.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& fluid) const {
-        return Mat<S, D>::diagonal(-(pressure(fluid.J) * fluid.J));
+        return Mat<S, D>::diagonal(-(pressure(fluid.J) * S(fluid.J)));
     }
     /// Kirchhoff stress τ = J σ [Pa] at the velocity gradient ∇v [1/s]. The Cauchy stress σ contains pressure and
     /// viscous stress.
@@ -108,7 +108,7 @@ struct Fluid {
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& fluid, const Mat<S, D>& velocity_gradient) const {
         const S expansion = S(2. / 3) * trace(velocity_gradient);
         const Mat<S, D> rate = velocity_gradient + transpose(velocity_gradient) - Mat<S, D>::diagonal(expansion);
-        return rate * (viscosity * fluid.J) + kirchhoff_stress(fluid);
+        return rate * (viscosity * S(fluid.J)) + kirchhoff_stress(fluid);
     }
 
     /// Elastic energy ψ [J/m³ of undeformed volume], from the pressure p = −dψ/dJ:
@@ -122,25 +122,25 @@ struct Fluid {
         // The value of J at which p = −tension; largest_J if p > −tension for every J.
         const S remaining = S(1) - tension * gamma / bulk;
         const S parting = select(S(0) < remaining, pow(max(remaining, S(1e-30)), S(-1) / gamma), S(largest_J));
-        const S J = min(fluid.J, max(S(1), parting));
+        const S excess = min(fluid.J.excess, max(S(1), parting) - S(1));
         const auto logarithmic = gamma == S(1);
-        const S power = (S(1) - pow(J, S(1) - gamma)) / select(logarithmic, S(1), S(1) - gamma);
-        const S fraction = select(logarithmic, -log(J), power);
-        return bulk / gamma * (fraction + J - S(1)) + tension * (fluid.J - J);
+        const S power = pow_less_one(excess, S(1) - gamma) / select(logarithmic, S(1), gamma - S(1));
+        const S fraction = select(logarithmic, -log(S(1) + excess, excess), power);
+        return bulk / gamma * (fraction + excess) + tension * (fluid.J.excess - excess);
     }
 
     /// The speed of sound c [m/s], with ρ0 c² = K J^{1−γ} from c² = dp/dρ. ρ0 is the rest density [kg/m³], K and γ are
     /// `bulk` and `gamma`. Where J > 1, the value at J = 1 is used.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& fluid) const {
-        return sqrt(bulk * pow(min(fluid.J, S(1)), S(1) - gamma) / density);
+        return sqrt(bulk * pow(min(S(fluid.J), S(1)), S(1) - gamma) / density);
     }
     /// Diffusivity of momentum by viscosity, 4/3 μ J / ρ0 [m²/s]; μ is the viscosity, ρ0 the rest density [kg/m³]. This
     /// value holds for a velocity that varies along its own direction. For a velocity that varies across its direction,
     /// as in shear flow, the diffusivity is smaller.
     template <int D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& fluid) const {
-        return S(4. / 3) * viscosity * fluid.J / density;
+        return S(4. / 3) * viscosity * S(fluid.J) / density;
     }
 };
 

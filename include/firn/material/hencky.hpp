@@ -48,8 +48,8 @@ struct Hencky {
     }
 
     /// Kirchhoff stress τ [Pa], for the deformation gradient F.
-    template <int D>
-    FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE matrix_of_t<G> kirchhoff_stress(const G& F) const {
         return stress_of_strain(logarithmic_strain(F));
     }
     /// Kirchhoff stress τ [Pa], for a logarithmic strain instead of F.
@@ -58,9 +58,9 @@ struct Hencky {
         return strain * (mu + mu) + Mat<S, D>::diagonal(lambda * trace(strain));
     }
     /// Elastic energy ψ [J/m³ of undeformed volume], for the deformation gradient F.
-    template <int D>
-    FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
-        const Mat<S, D> strain = logarithmic_strain(F);
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S energy_density(const G& F) const {
+        const matrix_of_t<G> strain = logarithmic_strain(F);
         const S volumetric = trace(strain);
         return mu * squared_norm(strain) + S(0.5) * lambda * volumetric * volumetric;
     }
@@ -74,11 +74,11 @@ struct Hencky {
     /// 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ). In place of ε_max and ε_min, the code uses the bounds ε_max ≤ ½ ln
     /// squared_stretch_bound(F) and ε_min ≥ ln J − (D − 1) ε_max, where J = det F and D is the number of dimensions.
     /// Both bounds are exact for F = I.
-    template <int D>
-    FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S wave_speed(const S& density, const G& F) const {
         const S volumetric = log(max(determinant(F), S(1e-18)));
         const S highest = S(0.5) * log(max(squared_stretch_bound(F), S(1e-12)));
-        const S lowest = volumetric - S(D - 1) * highest;
+        const S lowest = volumetric - S(dimension_of<G> - 1) * highest;
         const S spread = max(highest - lowest, S(0));
         const S compression = max(-((mu + mu) * lowest + lambda * volumetric), S(0));
         return sqrt((lambda + (mu + mu) * (S(1) + spread) + compression) / density);

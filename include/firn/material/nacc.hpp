@@ -65,8 +65,8 @@ struct Nacc {
     /// The state of a particle.
     template <int D>
     struct state {
-        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S log_volume = S(0);                  ///< change so far of α, the logarithm of the plastic volume ratio [1]
+        DeformationGradient<S, D> F;  ///< elastic deformation gradient [1]
+        S log_volume = S(0);          ///< change so far of α, the logarithm of the plastic volume ratio [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -154,9 +154,9 @@ struct Nacc {
     /// b̂ = J^{−2/D} FFᵀ, and κ is bulk().
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& clay) const {
-        const S J = determinant(clay.F);
-        const S volumetric = S(0.5) * (J * J - S(1)) - log(max(J, S(1e-18)));
-        return S(0.5) * mu * (squared_norm(clay.F) * isochoric<D>(J) - S(D)) + S(0.5) * bulk<D>() * volumetric;
+        const Shape<D> shape(clay.F);
+        const S volumetric = -(shape.pressure + shape.log_J);
+        return S(0.5) * mu * S(D) * (shape.mean - S(1)) + S(0.5) * bulk<D>() * volumetric;
     }
     /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
     ///
@@ -222,7 +222,7 @@ struct Nacc {
             const Mat<S, D> left = shape.deviator * kept;
             const Mat<S, D> on_ellipse = left + Mat<S, D>::diagonal(unit_mean(left, shape.mean));
             const S scale = exp(S(2. / D) * select(to_tip, log_met, shape.log_J));
-            const Mat<S, D> F = stretched_to(trial.F, shape.b, shape.determinant, on_ellipse * scale);
+            const auto F = stretched_to(trial.F, shape.b, shape.determinant, on_ellipse * scale);
             after.state.F = select(yields, F, trial.F);
             after.state.log_volume = select(yields, trial.log_volume + (shape.log_J - log_met), trial.log_volume);
             after.stress = select(yields, left, shape.deviator);
@@ -248,15 +248,19 @@ private:
         S mean;              ///< tr b̂/D [1]
         S pressure;          ///< −(J² − 1)/2 [1]: the pressure divided by the bulk modulus
 
-        FIRN_INLINE explicit Shape(const Mat<S, D>& F) {
-            b = detail::symmetric_product(F, transpose(F));
-            determinant = firn::determinant(F);
+        FIRN_INLINE explicit Shape(const DeformationGradient<S, D>& F) {
+            const Mat<S, D> E = left_cauchy_green_change(F);
+            b = left_cauchy_green(F);
+            const S own = volume_change(F);
+            determinant = S(1) + own;
+            const S change = max(own, S(-1));
             const S J = named("J", max(determinant, S(1e-18)));
-            log_J = log(J);
-            const S scale = isochoric<D>(determinant);
-            mean = named("mean", trace(b) * S(1. / D) * scale);
-            deviator = b * scale - Mat<S, D>::diagonal(mean);
-            pressure = named("p", S(0.5) * (S(1) - J * J));
+            log_J = log(J, change);
+            const S scale = exp(S(-2. / D) * log_J);
+            const S mean_change = trace(E) * S(1. / D);
+            mean = named("mean", scale + mean_change * scale);
+            deviator = (E - Mat<S, D>::diagonal(mean_change)) * scale;
+            pressure = named("p", S(-0.5) * change * (S(2) + change));
         }
     };
     /// Returns J^{−2/D}; a J below 1e-18 is replaced by 1e-18.

@@ -47,17 +47,17 @@ struct NeoHookean {
     }
 
     /// Kirchhoff stress τ = μ (FFᵀ − I) + λ ln J I [Pa], with J = det F.
-    template <int D>
-    FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
-        const S pressure = lambda * log(determinant(F)) - mu;
-        return F * transpose(F) * mu + Mat<S, D>::diagonal(pressure);
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE matrix_of_t<G> kirchhoff_stress(const G& F) const {
+        return left_cauchy_green_change(F) * mu + matrix_of_t<G>::diagonal(lambda * log_J(F));
     }
 
     /// Elastic energy ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J [J/m³ of undeformed volume], with J = det F.
-    template <int D>
-    FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
-        const S log_J = log(determinant(F));
-        return S(0.5) * mu * (squared_norm(F) - S(D)) - mu * log_J + S(0.5) * lambda * log_J * log_J;
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S energy_density(const G& F) const {
+        const S volumetric = log_J(F);
+        return S(0.5) * mu * trace(left_cauchy_green_change(F)) - mu * volumetric +
+               S(0.5) * lambda * volumetric * volumetric;
     }
 
     /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
@@ -68,11 +68,19 @@ struct NeoHookean {
     /// σ_max², in place of σ_max². The bound follows from the acoustic tensor. For the unit direction n, this tensor is
     /// μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where the factor of n ⊗ n is negative, the bound is that of the shear
     /// wave, ρ0 c² = μ σ_max².
-    template <int D>
-    FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
+    template <deformation_gradient_of<S> G>
+    FIRN_INLINE S wave_speed(const S& density, const G& F) const {
         const S shear = mu * squared_stretch_bound(F);
-        const S along = mu + lambda * (S(1) - log(determinant(F)));
+        const S along = mu + lambda * (S(1) - log_J(F));
         return sqrt((shear + max(along, S(0))) / density);
+    }
+
+private:
+    /// Returns ln J [1]. \param F  the deformation gradient
+    template <class G>
+    FIRN_INLINE static S log_J(const G& F) {
+        const S change = volume_change(F);
+        return log(S(1) + change, change);
     }
 };
 

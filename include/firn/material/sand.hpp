@@ -59,9 +59,9 @@ struct Sand {
     /// The state of a particle.
     template <int D>
     struct state {
-        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S volume_gain = S(0);                 ///< v_c: logarithm of the volume ratio gained while grains were apart [1]
-        S plastic_strain = S(0);              ///< q: plastic strain so far [1]
+        DeformationGradient<S, D> F;  ///< elastic deformation gradient [1]
+        S volume_gain = S(0);         ///< v_c: logarithm of the volume ratio gained while grains were apart [1]
+        S plastic_strain = S(0);      ///< q: plastic strain so far [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},

@@ -60,8 +60,8 @@ struct Snow {
     /// The state of a particle.
     template <int D>
     struct state {
-        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S plastic_volume = S(1);              ///< plastic volume ratio J_P = det F_P [1]
+        DeformationGradient<S, D> F;  ///< elastic deformation gradient [1]
+        S plastic_volume = S(1);      ///< plastic volume ratio J_P = det F_P [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -151,16 +151,17 @@ struct Snow {
         if (any(doubtful)) {
             const Principal<S, D> p = principal_stretches(trial.F);
             mask_t<S> yields = S(1) < S(0);
-            Vec<S, D> ratio;
+            Vec<S, D> change;  // of the stretches, relative
             S volume = trial.plastic_volume;
             unroll<D>([&](auto i) FIRN_LAMBDA {
                 const S sigma = p.stretches.v[i];
                 yields = yields | (sigma < lowest_stretch) | (highest_stretch < sigma);
                 const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
-                ratio.v[i] = max(min(sigma, highest_stretch), lowest_stretch) / divisor;
-                volume = volume / ratio.v[i];
+                change.v[i] = (max(min(sigma, highest_stretch), lowest_stretch) - divisor) / divisor;
+                volume = volume / (S(1) + change.v[i]);
             });
-            const Mat<S, D> F = select(yields, spectral(p.directions, ratio) * trial.F, trial.F);
+            const Mat<S, D>& whole = trial.F;
+            const auto F = select(yields, increased(trial.F, spectral(p.directions, change) * whole), trial.F);
             volume = select(yields, max(min(volume, S(0x1p20)), S(0)), trial.plastic_volume);
             snow.F = select(doubtful, F, trial.F);
             snow.plastic_volume = select(doubtful, volume, trial.plastic_volume);

@@ -46,8 +46,8 @@ struct VonMises {
     /// The state of a particle.
     template <int D>
     struct state {
-        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S plastic_strain = S(0);              ///< equivalent plastic strain α [1]
+        DeformationGradient<S, D> F;  ///< elastic deformation gradient [1]
+        S plastic_strain = S(0);      ///< equivalent plastic strain α [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},

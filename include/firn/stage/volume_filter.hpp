@@ -12,17 +12,25 @@ inline constexpr bool has_volume_ratio = requires(State state) { state.J; };
 template <class State>
 inline constexpr bool has_volume = has_volume_ratio<State> || requires(State state) { state.F; };
 
+namespace detail {
+template <scalar S>
+FIRN_INLINE S excess_of_ratio(const S& J) {
+    return J - S(1);
+}
+template <class S>
+FIRN_INLINE S excess_of_ratio(const VolumeRatio<S>& J) {
+    return J.excess;
+}
+}  // namespace detail
+
 /// Returns the relative change of the volume of a particle, J − 1, from the state of its material [1].
 template <class State>
+    requires has_volume<State>
 FIRN_INLINE auto volume_change(const State& state) {
-    if constexpr (has_volume_ratio<State>) {
-        using S = std::remove_cvref_t<decltype(state.J)>;
-        return state.J - S(1);
-    } else {
-        const auto J = determinant(state.F);
-        using S = std::remove_cvref_t<decltype(J)>;
-        return J - S(1);
-    }
+    if constexpr (has_volume_ratio<State>)
+        return detail::excess_of_ratio(state.J);
+    else
+        return volume_change(state.F);
 }
 
 /// Returns the part of a particle in the filter of volume ratios: its initial volume V0; 0 if its volume has changed
@@ -40,10 +48,11 @@ FIRN_INLINE State with_volume_change(const Material& material, State state, cons
     const S J = volume_change(state) + S(1);
     const S ratio = max(min(change / max(J, S(1e-3)), S(1)), S(-0.5));
     if constexpr (has_volume_ratio<State>) {
-        state.J = state.J + state.J * ratio;
+        state.J += J * ratio;
         return state;
     } else {
-        state.F = state.F + state.F * (ratio * S(1.0 / D));
+        const Mat<S, D>& F = state.F;
+        state.F = increased(state.F, F * (ratio * S(1.0 / D)));
         if constexpr (requires { material.returned_with_stress(state); })
             return material.returned_with_stress(state).state;
         else

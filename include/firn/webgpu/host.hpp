@@ -182,7 +182,11 @@ public:
         for (const wgsl::Buffer& b : program_->buffers) {
             int row = 0;
             for (const wgsl::Component& c : b.components) {
-                if (c.name == component) return read_rows<T>(b, row, c.count);
+                if (c.name == component) {
+                    std::vector<T> values = read_rows<T>(b, row, c.count);
+                    for (std::size_t i = 0; i < values.size(); ++i) values[i] += T(c.lacking(int(i) % c.count));
+                    return values;
+                }
                 row += c.count;
                 names += " " + c.name;
             }
@@ -190,7 +194,8 @@ public:
         throw usage_error("Particles have no component " + component + "; they have" + names + ".");
     }
 
-    /// Returns all values of a buffer, in their order on the device. Waits for all steps so far.
+    /// Returns all values of a buffer, in their order on the device. Waits for all steps so far. The buffer "state" has
+    /// F − I and J − 1 of the fields F and J. \see wgsl::Component::less_one
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's values
     /// \throws usage_error  if the program has no buffer of this name, or if the buffer's values are not of type T
     template <class T = float>

@@ -35,6 +35,13 @@ struct Component {
     std::string unit;  ///< unit such as "m/s"
     /// If the field belongs to a material's state: the values of the field in a body at rest. Otherwise empty.
     std::vector<double> start{};
+    bool less_one = false;  ///< whether the buffer has F − I or J − 1 of a field F or J. \see FieldInfo::less_one
+
+    /// Returns what the buffer lacks of the c-th value of the field: 1 or 0.
+    int lacking(int c) const {
+        const int step = count == 9 ? 4 : count == 4 ? 3 : 1;
+        return less_one && c % step == 0 ? 1 : 0;
+    }
 };
 
 /// A storage buffer of 32-bit values.
@@ -221,7 +228,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
         int numbers = 0;
         for_fields_in(binding, table, [&](const char* of_field, const FieldInfo& field) {
             const int count = field.components(facts.dimension);
-            fields.push_back({of_field, count, field.unit, {}});
+            fields.push_back({of_field, count, field.unit, {}, field.less_one});
             numbers += count;
         });
         add(name, "f32", binding, "particle", numbers, std::move(fields));
@@ -252,12 +259,14 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
 template <class State>
 void set_start(Program& program, State start) {
     const auto set = [&](const auto& field) {
-        auto& member = start.*(field.member);
+        const auto& member = start.*(field.member);
+        const auto stored = firn::detail::Stored<std::remove_cvref_t<decltype(member)>>::numbers(member);
         for (Buffer& buffer : program.buffers)
-            for (Component& component : buffer.components)
-                if (buffer.binding == state && component.name == field.name)
-                    component.start.assign(firn::detail::components(member),
-                                           firn::detail::components(member) + component.count);
+            for (Component& component : buffer.components) {
+                if (buffer.binding != state || component.name != field.name) continue;
+                component.start.assign(stored.begin(), stored.end());
+                for (int c = 0; c < component.count; ++c) component.start[std::size_t(c)] += component.lacking(c);
+            }
     };
     std::apply([&](const auto&... field) { (set(field), ...); }, State::fields());
 }

@@ -81,7 +81,8 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 ///                  one item). If `per` is "particle", the c-th value (from 0) of particle i is at index
 ///                  c * capacity + i; `components` lists the fields that consist of these values, with the name,
 ///                  count of values and unit of each. A field of a material's state also has a default: its value in
-///                  a body at rest.
+///                  a body at rest. If `less_one` is true, the buffer has F − I of a matrix F, or J − 1 of a number J;
+///                  the default is F or J.
 ///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the binding number and access
 ///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle" or "node",
 ///                  one invocation for each line of nodes along an axis ("x_line", "y_line", "z_line"), one
@@ -138,6 +139,7 @@ inline std::string manifest(const Program& program) {
                     json.key("components").array(b.components, [&](const Component& c) {
                         json.object([&] {
                             json.field("name", c.name).field("count", c.count).field("unit", c.unit);
+                            if (c.less_one) json.field("less_one", true);
                             if (!c.start.empty()) json.key("default").array(c.start, [&](double x) { json.value(x); });
                         });
                     });

@@ -144,6 +144,13 @@ struct recorded {
     friend recorded leading_half(recorded a) { return unary(Op::leading_half, a); }
     /// @}
 
+    /// Returns `excess` if the recorded number is 1 + excess, without an operation if that is known. \see
+    /// deformation.hpp
+    friend recorded excess_of(recorded number, recorded excess) {
+        const recorded whole = recorded(1) + excess;
+        return whole.node == number.node ? excess : select(number == whole, excess, number - recorded(1));
+    }
+
 private:
     [[gnu::noinline]] static int constant(float value) { return Recording::current().constant(value); }
     // The following functions are not inlined, although definitions are: one compiled copy of each function is enough.

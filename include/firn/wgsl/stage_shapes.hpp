@@ -197,6 +197,47 @@ struct shape<NodeColumn<S, D>> : struct_shape<NodeColumn<S, D>, shape<NodeColumn
     /// @}
 };
 
+/// Translates a deformation gradient F to the WGSL matrix F − I.
+template <class S, int D>
+struct shape<DeformationGradient<S, D>> : detail::plain_shape<S> {
+    using OfMatrix = shape<Mat<S, D>>;  ///< the matrix F − I
+    /// \name Interface of shape
+    /// @{
+
+    /// type(), visit() and build() are described at the template shape.
+    static std::string type() { return OfMatrix::type(); }
+    template <class F>
+    static void visit(DeformationGradient<S, D>& value, const std::string& text, const F& f) {
+        Mat<S, D> H = displacement_gradient(value);
+        OfMatrix::visit(H, text, f);
+        value = DeformationGradient<S, D>::from_displacement(H);
+    }
+    template <class F>
+    static std::string build(const DeformationGradient<S, D>& value, const F& f) {
+        return OfMatrix::build(displacement_gradient(value), f);
+    }
+    /// @}
+};
+
+/// Translates a volume ratio J to the WGSL number J − 1.
+template <class S>
+struct shape<VolumeRatio<S>> : detail::plain_shape<S> {
+    /// \name Interface of shape
+    /// @{
+
+    /// type(), visit() and build() are described at the template shape.
+    static std::string type() { return shape<S>::type(); }
+    template <class F>
+    static void visit(VolumeRatio<S>& value, const std::string& text, const F& f) {
+        shape<S>::visit(value.excess, text, f);
+    }
+    template <class F>
+    static std::string build(const VolumeRatio<S>& value, const F& f) {
+        return shape<S>::build(value.excess, f);
+    }
+    /// @}
+};
+
 /// Translates the state of a material to the WGSL struct State. T is a state if it has a function fields(); see
 /// material/concept.hpp
 template <class T>

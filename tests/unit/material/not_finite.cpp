@@ -9,15 +9,14 @@ using namespace firn;
 
 namespace {
 
-template <class S, class State>
-bool is_finite(State state) {
+template <class State>
+bool is_finite(const State& state) {
     bool finite = true;
     constexpr auto members = State::fields();
     unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
-        auto& member = state.*(std::get<f>(members).member);
-        const S* numbers = detail::components(member);
-        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-            finite = finite && std::isfinite(double(numbers[k][0]));
+        const auto& member = state.*(std::get<f>(members).member);
+        for (const auto& number : detail::Stored<std::remove_cvref_t<decltype(member)>>::numbers(member))
+            finite = finite && std::isfinite(double(number[0]));
     });
     return finite;
 }
@@ -40,7 +39,7 @@ void check() {
                 gradient.m[k] = P(planted);
                 state = updated(material, state, gradient, P(T(1)));
                 const Mat<P, D> stress = stress_of(material, state, gradient);
-                bool finite = is_finite<P>(state);
+                bool finite = is_finite(state);
                 for (const P& number : stress.m) finite = finite && std::isfinite(number[0]);
                 const P speed = signal_speed(material, Vec<P, D>::zero(), P(T(1)), P(T(1)), state, P(T(1)));
                 const P sum = detail::sum_of_stress<Lifted>(stress) + speed;

@@ -52,12 +52,12 @@ std::vector<double> run(int threads) {
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
         if (!particles.is_particle(slot)) continue;
         const auto x = particles.position(slot), v = particles.velocity(slot);
-        const auto C_p = particles.affine(slot), F = particles.state(slot).F;
+        const auto C_p = particles.affine(slot), H = displacement_gradient(particles.state(slot).F);
         numbers.push_back(particles.id(slot));
         numbers.insert(numbers.end(), x.v, x.v + D);
         numbers.insert(numbers.end(), v.v, v.v + D);
         numbers.insert(numbers.end(), C_p.m, C_p.m + D * D);
-        numbers.insert(numbers.end(), F.m, F.m + D * D);
+        numbers.insert(numbers.end(), H.m, H.m + D * D);
     }
     return numbers;
 }

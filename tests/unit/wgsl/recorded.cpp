@@ -5,6 +5,7 @@
 #include <firn/core/lanes.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/wgsl/module.hpp>
+#include <firn/wgsl/stage_shapes.hpp>
 
 #include "../examples/eigen_material.hpp"
 #include "../examples/own_material.hpp"
@@ -181,6 +182,30 @@ TEST_CASE("A recorded definition computes the bits that the definition computes"
     const auto upright = [](const auto& F) { return determinant(F) > 0; };
     CHECK(differences<2, native_pack<float>>(Stress<EigenNeoHookean>{}, upright) == 0);
     CHECK(differences<3, native_pack<float>>(Stress<EigenNeoHookean>{}, upright) == 0);
+}
+
+TEST_CASE("A deformation gradient is recorded as F - I, also where a definition sets a number of F") {
+    const auto definition = []<class S, int D>(const Mat<S, D>& F) {
+        auto moved = increased(DeformationGradient<S, D>(F), F * S(1e-3F));
+        moved(0, 0) = moved(0, 1) + S(0.75F);
+        return displacement_gradient(moved);
+    };
+    CHECK(differences<2>(definition) == 0);
+    CHECK(differences<3>(definition) == 0);
+
+    Recording recording;
+    using Gradient = DeformationGradient<recorded, 3>;
+    Gradient F = increased(inputs<Gradient>(), Mat<recorded, 3>::diagonal(recorded(0.5F)));
+    std::vector<int> outputs;
+    wgsl::for_components(F, [&](recorded& x) { outputs.push_back(x.node); });
+    const std::size_t nodes = recording.graph.nodes.size();
+    std::size_t next = 0;
+    const std::string text = wgsl::shape<Gradient>::build(F, [&](const recorded& x) {
+        CHECK(x.node == outputs[next++]);  // F − I, without an operation of its own
+        return std::string("x");
+    });
+    CHECK(text.find("mat3x3<f32>(") == 0);
+    CHECK(recording.graph.nodes.size() == nodes);
 }
 
 TEST_CASE("What occurs twice is recorded once, in either order; what nothing needs is not written") {
