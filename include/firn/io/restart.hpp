@@ -72,21 +72,27 @@ public:
             set(particles, f);
         }
     }
-    /// Sets one field of all particles to the field's values in the state.
+    /// Sets one field of all particles to the field's values in the state. If the state lacks the field's remainders,
+    /// it is of schema_version 4 or earlier, and they are 0.
     /// \param particles  the particles in the order of their ids
     /// \param f          index of the field in the particles' table
     /// \throws io_error  if the state lacks the field, or if a value of the field is invalid
     void set(ParticleStore<S, D>& particles, std::size_t f) const {
         const FieldInfo& info = particles.table()[f];
-        const int components = info.components_in_state(D);
-        const T* const from = field(info.name, components);
-        std::array<S, 9> numbers{};
+        const auto components = std::size_t(info.components_in_state(D));
+        const auto less_one = std::size_t(info.components_less_one(D));
+        const T* const from = field(info.name, int(components));
+        const std::string of_remainders = info.remainder_name();
+        const T* remainders = nullptr;
+        if (less_one > 0 && state_.find(of_remainders)) remainders = field(of_remainders.c_str(), int(less_one));
+        const T* const end = remainders + (remainders ? n_ * less_one : 0);
+        for (const T* r = remainders; r != end; ++r)  // they are smaller than the last digit of what they belong to
+            if (!(std::abs(*r) <= T(1e-3))) throw_damaged(of_remainders);
         for (std::size_t i = 0; i < n_; ++i) {
-            for (int k = 0; k < components; ++k) {
-                numbers[std::size_t(k)] = S(from[row(i) * std::size_t(components) + std::size_t(k)]);
-                if (!info.allows(double(numbers[std::size_t(k)]))) throw_damaged(info.name);
-            }
-            particles.set(f, i, numbers.data());
+            const T* const numbers = from + row(i) * components;
+            for (std::size_t k = 0; k < components; ++k)
+                if (!info.allows(double(S(numbers[k])))) throw_damaged(info.name);
+            particles.set(f, i, numbers, remainders ? remainders + row(i) * less_one : nullptr);
         }
     }
 

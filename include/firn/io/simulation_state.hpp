@@ -25,8 +25,11 @@ template <class S, int D>
 std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
                                      std::vector<StateField<S>> before, int threads) {
     const FieldTable& table = particles.table();
-    before.resize(1 + table.size());
-    const auto fill = [&](StateField<S>& field, const char* name, const char* unit, int components, const auto& get) {
+    std::size_t less_one = 0;
+    for (const FieldInfo& info : table) less_one += info.less_one;
+    before.resize(1 + table.size() + less_one);
+    const auto fill = [&](StateField<S>& field, const std::string& name, const char* unit, int components,
+                          const auto& get) {
         field.name = name;
         field.unit = unit;
         field.components = components;
@@ -40,6 +43,11 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
     for (std::size_t f = 0; f < table.size(); ++f)
         fill(before[f + 1], table[f].name, table[f].unit, table[f].components_in_state(D),
              [&](std::size_t slot, S* to) { particles.get(f, slot, to); });
+    std::size_t next = 1 + table.size();
+    for (std::size_t f = 0; f < table.size(); ++f)
+        if (table[f].less_one)
+            fill(before[next++], table[f].remainder_name(), table[f].unit, table[f].components_less_one(D),
+                 [&](std::size_t slot, S* to) { particles.get_remainders(f, slot, to); });
     return before;
 }
 
@@ -209,6 +217,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 ///   `position` is computed with rounding
 /// - velocities [m/s], the affine matrix C of APIC [1/s], the Kirchhoff stress τ [Pa], masses [kg], volumes [m^D]
 /// - the state variables of the material, such as the deformation gradient F
+/// - `deformation_gradient_remainder` and `volume_ratio_remainder`: what the diagonal of F, and J, lack of the stored
+///   numbers F − I and J − 1
 ///
 /// The state also has the facets of nets, the parameters with their units, the names of the policies, and two tables
 /// that say in which order a continued run has to add up numbers:

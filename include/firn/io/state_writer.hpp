@@ -9,7 +9,7 @@
 ///                        belongs to no facet
 ///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
-///     /firn              attributes schema_version i64 = 4, dimension i64, digest u64, and the state's attributes
+///     /firn              attributes schema_version i64 = 5, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
@@ -26,7 +26,8 @@
 /// Older files: a file of schema_version 1 has no digest. In files of schema_version 1 and 2, `body` is named
 /// `material`, and `last_time_step` is named `dt`. In files of schema_version 1 to 3, the slots in the tables `slot`
 /// and `blocks` that state_of() makes are those of the memory of the run, with gaps between groups of blocks, and the
-/// blocks are in the order of their keys; restore() accepts both.
+/// blocks are in the order of their keys; restore() accepts both. Files of schema_version 1 to 4 have no fields
+/// `NAME_remainder`, and the remainders are 0.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -55,8 +56,8 @@ struct StateOptions {
     /// Level of compression. 0: no compression, which is fastest. 1 to 9: level of the deflate filter of HDF5, used
     /// after the shuffle filter; compressed files are somewhat smaller, but writing is much slower.
     int compression = 0;
-    /// Names of the fields to write besides the positions. If empty, all fields are written. A run can be continued
-    /// only from a state with all fields.
+    /// Names of the fields to write besides the positions. If empty, all fields are written. The field NAME_remainder
+    /// is written with the field NAME. A run can be continued only from a state with all fields.
     std::vector<std::string> fields = {};
     /// How often a StateSeries writes a state with all fields although `fields` selects only some: the states with the
     /// indices 0, `complete_every`, 2 · `complete_every`, … have all fields, so that a run can be continued from any of
@@ -65,13 +66,18 @@ struct StateOptions {
 
     /// Returns whether write_state() writes the field with the name `field`. The field "position" is always written.
     bool writes(std::string_view field) const {
-        return fields.empty() || field == "position" || std::find(fields.begin(), fields.end(), field) != fields.end();
+        const auto chosen = [&](std::string_view name) {
+            return std::find(fields.begin(), fields.end(), name) != fields.end();
+        };
+        constexpr std::string_view remainder = "_remainder";
+        return fields.empty() || field == "position" || chosen(field) ||
+               (field.ends_with(remainder) && chosen(field.substr(0, field.size() - remainder.size())));
     }
 };
 
 namespace detail {
 
-inline constexpr std::int64_t state_schema = 4;
+inline constexpr std::int64_t state_schema = 5;
 
 /// VTK's id of the cell type vertex (a cell that is one point).
 inline constexpr std::uint8_t vtk_vertex = 1;

@@ -197,7 +197,60 @@ TEST_CASE("A damaged state is refused, and the simulation is as it was") {
     damaged("velocity", [](auto& s) { s.fields[2].values[5] = std::numeric_limits<double>::infinity(); });
     damaged("place or position", [](auto& s) { s.fields[0].values[5] += 1e-6; });
     damaged("mass", [](auto& s) { s.fields[5].values[5] = -1; });
-    damaged("no field 'deformation_gradient'", [](auto& s) { s.fields.pop_back(); });
+    damaged("deformation_gradient_remainder", [](auto& s) { s.fields.back().values[1] = 0.5; });
+    damaged("deformation_gradient_remainder", [](auto& s) { s.fields.back().components = 1; });
+    damaged("no field 'deformation_gradient'", [](auto& s) { s.fields.erase(s.fields.end() - 2); });
+}
+
+TEST_CASE("A state holds strains that its deformation gradients cannot, and a run goes on from it with the same bits") {
+    const auto make = [] {
+        Simulation<2> run({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, FixedCorotated<float>::from_young_poisson(1e9, 0.3));
+        run.fixed_time_step = 1e-5;
+        return run;
+    };
+    auto run = make();
+    const Body body = run.add(sample_box<2>({0.3, 0.3}, {0.6, 0.6}, {.spacing = 1.0 / 32}), 1000);
+    run.set_states(body, [](const auto& x, auto& state) {
+        const float strain = 1e-9F + 1e-8F * float(x[0]);
+        state.F = DeformationGradient<float, 2>::from_displacement(Mat<float, 2>::rows(strain, 0, 0, -strain));
+    });
+    run.step();
+    const states::Folder folder;
+    write_state(folder / "state.hdf", state_of(run));
+    const auto state = read_state<float>(folder / "state.hdf");
+    const StateField<float>& remainder = state.field("deformation_gradient_remainder");
+    CHECK(remainder.components == 2);
+    const auto F = state.field("deformation_gradient").values;
+    CHECK(F[0] == 1);
+    const auto slot = slots_by_id(run.particles(), 1)[0];
+    CHECK(remainder.values[0] == displacement_gradient(run.particles().state(slot).F)(0, 0));
+    CHECK(remainder.values[0] != 0);
+
+    auto continued = make();
+    restore(continued, state);
+    for (int i = 0; i < 50; ++i) run.step(), continued.step();
+    CHECK((state_of(continued) == state_of(run)));
+
+    // Of a state without remainders, as schema_version 4 had it, they are 0.
+    auto old = state;
+    std::erase_if(old.fields, [](const auto& field) { return field.name == "deformation_gradient_remainder"; });
+    restore(continued, old);
+    for (std::size_t i = 0; i < continued.particles().slots(); ++i)
+        if (continued.particles().is_particle(i))
+            REQUIRE(displacement_gradient(continued.particles().state(i).F)(0, 0) == 0);
+
+    // In double they count, too.
+    Simulation<2, FixedCorotated<double>> in_double({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16});
+    restore(in_double, state, Restart::converted);
+    CHECK(displacement_gradient(in_double.particles().state(slots_by_id(in_double.particles(), 1)[0]).F)(0, 0) ==
+          double(remainder.values[0]));
+}
+
+TEST_CASE("The remainders of a field are written with it") {
+    const StateOptions chosen{.fields = {"deformation_gradient"}};
+    CHECK(chosen.writes("deformation_gradient_remainder"));
+    CHECK_FALSE(chosen.writes("volume_ratio_remainder"));
+    CHECK_FALSE(chosen.writes("_remainder"));
 }
 
 TEST_CASE("A restart takes over gravity, the time step and the sorting of the run") {
