@@ -50,6 +50,25 @@
 //!
 //! If something is missing or wrong, the compiler says so in a message that begins with "firn:".
 //!
+//! ## Small strains
+//!
+//! A float near 1 has steps of 6e-8, so F and J − 1 = det F − 1 do not see smaller strains. firn keeps F − I. A function
+//! that takes any deformation gradient, and computes with its differences to the undeformed body, loses nothing:
+//!
+//! ```cpp
+//! template <firn::deformation_gradient_of<S> G>
+//! firn::matrix_of_t<G> kirchhoff_stress(const G& F) const {
+//!     const S change = volume_change(F);                        // J − 1
+//!     return left_cauchy_green_change(F) * stiffened(F) +       // FFᵀ − I
+//!            firn::matrix_of_t<G>::diagonal(lambda * change * (S(1) + change));
+//! }
+//! ```
+//!
+//! There are also `displacement_gradient(F)` = F − I, `left_stretch_change(F)` = √(FFᵀ) − I, `logarithmic_strain(F)`, and
+//! `firn::log(x, x_less_one)`. In a state of your own, write `firn::DeformationGradient<S, D> F;` in place of
+//! `firn::Mat<S, D> F`, and `firn::VolumeRatio<S> J;` in place of `S J`. They are read and set as before. With `Mat` and
+//! `S` everything works, too, and small strains are lost as in other codes.
+//!
 //! ## Check the derivative
 //!
 //! The most common mistake is a stress that is not the derivative of its energy. Dual numbers find this mistake: they

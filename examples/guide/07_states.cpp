@@ -89,7 +89,9 @@ int main() {
     //! h5py.
     const firn::State<float> state = firn::state_of(simulation);
     for (const auto& field : state.fields)
-        std::printf("%-24s %d x %zu  [%s]\n", field.name.c_str(), field.components, state.size(), field.unit.c_str());
+        std::printf("%-30s %d x %zu  [%s]\n", field.name.c_str(), field.components, state.size(), field.unit.c_str());
+    //! A field `NAME_remainder` holds what the numbers of the field NAME cannot: firn keeps F − I, and a float F near 1
+    //! loses the last digits of a small strain.
 
     //! ## For other programs
     //!

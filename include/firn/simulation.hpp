@@ -343,7 +343,8 @@ private:
         if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, now_.steps, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return reason_of_bound(); });
-        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, now_.steps, ranks());
+        if (warn && warning.empty())
+            warning = warnings_.template of_matter<Transfer>(sets_, domain(), boundary, now_, ranks());
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 

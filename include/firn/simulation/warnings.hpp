@@ -10,6 +10,7 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/simulation/slow_strain.hpp>
 #include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
@@ -282,6 +283,14 @@ public:
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
                         step, "; the simulation may become unstable.");
     }
+    /// Returns the first of the warnings of_the_end() and SlowStrain::look(); an empty string if there is none.
+    /// \param now  before a step
+    template <class Transfer, class Sets, int D, class Boundary, class Ranks>
+    std::string of_matter(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Moment& now,
+                          const Ranks& ranks) {
+        const std::string text = of_the_end(sets, domain, boundary, now.steps, ranks);
+        return text.empty() ? slow_strain_.look<Transfer>(sets, now, ranks) : text;
+    }
     /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
     /// string. Checks only every 32nd step.
     template <class Sets, int D, class Boundary, class Ranks>
@@ -332,6 +341,7 @@ private:
     }
 
     double largest_ = 0, said_ratio_ = 1 / 1.2;
+    SlowStrain slow_strain_;
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false;
 };
 
