@@ -40,6 +40,9 @@ struct VolumeFilter {
 
     int every = 8;    ///< number of steps from one pass of the filter to the next, 1 or more [1]
     double rate = 1;  ///< rate of the decay of null modes, per time h/c in which sound crosses a cell [1]
+    /// rate at which overfull nodes lose their excess volume by particle shifting, per time h/c [1]; 0: particles are
+    /// not shifted
+    double shifting = 1;
 
     /// Checks the parameters.
     /// \throws parameter_error  if `every` is less than 1, or `rate` is negative or not finite
@@ -50,9 +53,13 @@ struct VolumeFilter {
         if (!(rate >= 0) || !std::isfinite(rate))
             throw parameter_error(
                 sentence("The rate of the filter of volume ratios is ", rate, "; it must be finite and not negative."));
+        if (!(shifting >= 0) || !std::isfinite(shifting))
+            throw parameter_error(
+                sentence("The rate of particle shifting is ", shifting, "; it must be finite and not negative."));
     }
     static constexpr auto parameters() {
-        return std::tuple{parameter{"every", "1", &VolumeFilter::every}, parameter{"rate", "1", &VolumeFilter::rate}};
+        return std::tuple{parameter{"every", "1", &VolumeFilter::every}, parameter{"rate", "1", &VolumeFilter::rate},
+                          parameter{"shifting", "1", &VolumeFilter::shifting}};
     }
 
     /// Returns whether a pass of the filter belongs to the step after `steps` steps.
@@ -61,11 +68,23 @@ struct VolumeFilter {
     /// \param crossed  dt c/h: the way of sound in one step [cells]
     template <scalar S>
     S share(const S& crossed) const {
-        const S x = S(rate * every) * crossed;
+        return share_of(rate, crossed);
+    }
+    /// Returns the share s of the excess volumes that one pass of particle shifting removes [1].
+    /// \param crossed  dt c/h: the way of sound in one step [cells]
+    template <scalar S>
+    S shifted_share(const S& crossed) const {
+        return share_of(shifting, crossed);
+    }
+
+private:
+    template <scalar S>
+    S share_of(double per_crossing, const S& crossed) const {
+        const S x = S(per_crossing * every) * crossed;
         return x / (S(1) + x);
     }
 };
 
-static_assert(volumetric<VolumeFilter> && filters_volume<VolumeFilter>);
+static_assert(volumetric<VolumeFilter> && filters_volume<VolumeFilter> && shifts_particles<VolumeFilter>);
 
 }  // namespace firn
