@@ -42,7 +42,7 @@ struct VolumeFilter {
     double rate = 1;  ///< rate of the decay of null modes, per time h/c in which sound crosses a cell [1]
     /// rate at which overfull nodes lose their excess volume by particle shifting, per time h/c [1]; 0: particles are
     /// not shifted
-    double shifting = 1;
+    double shifting = 0.07;
 
     /// Checks the parameters.
     /// \throws parameter_error  if `every` is less than 1, or `rate` is negative or not finite
