@@ -20,7 +20,14 @@ TEST_CASE("So they have with sums in integers", "[mpi]") {
         [](const auto& e) { return fountain(e, NodesBehind::held, FBar{}); }, 60);
 }
 
-TEST_CASE("Filtered volume ratios have the same bits on any number of ranks", "[mpi]") {
-    check_same_bits<Coloured>(
-        [](const auto& e) { return fountain(e, NodesBehind::mirrored, VolumeFilter{.every = 3}); }, 60);
+TEST_CASE("Filtered volume ratios and shifted particles have the same bits on any number of ranks", "[mpi]") {
+    const auto make = [](double shifting) {
+        return [=](const auto& e) {
+            return fountain(e, NodesBehind::mirrored, VolumeFilter{.every = 3, .shifting = shifting});
+        };
+    };
+    const Seen many = check_same_bits<Coloured>(make(1), 60);
+    if (mpi::Communicator(MPI_COMM_WORLD).rank() > 0) return;
+    CHECK(many == look_at(make(1)(Coloured{}), 60));
+    CHECK(many.particles != look_at(make(0)(Coloured{}), 60).particles);
 }

@@ -14,6 +14,10 @@ TEST_CASE("The filter of volume ratios goes on to the same bits, between two of 
         NeoHookean<float>::from_young_poisson(2e4, 0.45));
 }
 
+TEST_CASE("Water whose particles are shifted goes on to the same bits", "[io][restart]") {
+    restarts::goes_on<Fluid<float>, Coloured, Apic, VolumeFilter>(Fluid<float>::from_properties({.bulk = 2e4}));
+}
+
 TEST_CASE("A run goes on from a state only with the same volumetric policy", "[io][restart]") {
     const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
     const auto material = NeoHookean<float>::from_young_poisson(2e4, 0.45);
