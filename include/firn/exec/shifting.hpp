@@ -49,6 +49,8 @@ public:
     /// \param node  index of the node along the axis, from the domain's lower corner
     template <class Kernel>
     S along(int axis, int node) const {
+        constexpr double reach = 0.5 * Kernel::support;
+        if (node - low_[axis] >= reach && high_[axis] - node >= reach) return S(1);
         return S(weight_below<Kernel>(high_[axis] - node) - weight_below<Kernel>(low_[axis] - node));
     }
 
