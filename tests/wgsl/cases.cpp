@@ -233,7 +233,7 @@ void write_filtered(const std::filesystem::path& root) {
     using Elastic = FixedCorotated<float>;
     write_case<2, Apic, MlsForce, Fluid<float>, QuadraticBSpline, Walls<float, 2>, VolumeFilter>(
         root, "2d_filter_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, honey, 2e-4, scenes::mirrored_walls<2>(),
-        {.every = 1});
+        {.every = 1, .shifting = 0});
     write_case<3, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
         root, "3d_filter", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 4, material, 0, scenes::rough_walls<3>(),
         {.every = 2});

@@ -66,7 +66,8 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
-/// \throws parameter_error  if a parameter of `boundary` is not valid
+/// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid; or if `volume` shifts particles of a
+///                          material that stores J, which only the CPU does
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
@@ -92,6 +93,13 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         static_assert(has_volume<State>, "firn: a filter of volume ratios needs a material with a state J or F.");
         volume.check();
         every = volume.every;
+        if constexpr (shifts_particles<Volume> && has_volume_ratio<State>)
+            if (volume.shifted_share(1.0) > 0)
+                throw parameter_error(
+                    "Particle shifting is not yet in WGSL, and this volumetric policy shifts the particles of a "
+                    "material "
+                    "that stores J. Give it VolumeFilter{.shifting = 0}; liquids that splash then lose volume on a "
+                    "GPU.");
     }
     const Facts facts{D,
                       Kernel::support,

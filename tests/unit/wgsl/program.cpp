@@ -269,6 +269,14 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     CHECK(p.code.find("% 5u != 0u") != std::string::npos);
     CHECK(p.name.ends_with("_volume_filter"));
     CHECK_THROWS_AS(make({.every = 0}), parameter_error);
+
+    // Particles of a material that stores J would be shifted, which a program does not do.
+    const auto make_water = [&](const VolumeFilter& filter) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(Fluid<float>{}, walls, Gravity<float, 2>{},
+                                                                       filter);
+    };
+    CHECK_THROWS_AS(make_water({}), parameter_error);
+    CHECK(make_water({.shifting = 0}).has("filter_volumes"));
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
