@@ -4,9 +4,11 @@
 /// energy is as large as their kinetic energy E, as of every linear oscillation, so the centre is E/(m g) too high.
 #pragma once
 
+#include <firn/exec/separation.hpp>
 #include <firn/firn.hpp>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace verification {
@@ -41,7 +43,8 @@ struct Splash {
     struct Mean {
         double depth = 0,                 ///< twice the height of the centre of mass, less that of the waves [m]
             raw_depth = 0,                ///< with the waves [m]
-            kinetic = 0;                  ///< kinetic energy [J]
+            kinetic = 0,                  ///< kinetic energy [J]
+            kinetic_besides_waves = 0;    ///< without that of the four longest standing waves [J]
         std::vector<double> pressures{};  ///< of the layers of a cell, over ρ g d at the depth d of their middles
         /// The largest |p / ρ g d − 1| of a layer, except of the two below the surface.
         double worst_layer() const {
@@ -64,6 +67,7 @@ struct Splash {
             const double depth = 2 * totals.first_moment[1] / totals.mass;
             mean.raw_depth += depth / looks;
             mean.kinetic += totals.kinetic_energy / looks;
+            mean.kinetic_besides_waves += (totals.kinetic_energy - kinetic_of_waves()) / looks;
             see(simulation.time(), depth);
             const auto& particles = simulation.particles();
             for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
@@ -80,6 +84,33 @@ struct Splash {
     }
     Mean go_on(double duration) {
         return go_on(duration, [](double, double) {});
+    }
+
+    /// The kinetic energy of the part of the velocities that the potentials cos(n π x) cosh(n π y), n = 1, …, 4, make
+    /// up [J] (Lamb, Hydrodynamics, §228): by least squares.
+    double kinetic_of_waves() const {
+        constexpr int waves = 4;
+        double A[waves][waves] = {}, b[waves] = {}, right[waves];
+        const auto& particles = simulation.particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const auto x = particles.exact_position(slot);
+            const auto v = firn::cast<double>(particles.velocity(slot));
+            firn::Vec<double, 2> u[waves];
+            for (int n = 0; n < waves; ++n) {
+                const double k = (n + 1) * std::numbers::pi;
+                u[n] = {-std::sin(k * x[0]) * std::cosh(k * x[1]), std::cos(k * x[0]) * std::sinh(k * x[1])};
+            }
+            for (int i = 0; i < waves; ++i) {
+                b[i] += dot(u[i], v);
+                for (int j = 0; j < waves; ++j) A[i][j] += dot(u[i], u[j]);
+            }
+        }
+        std::copy(b, b + waves, right);
+        if (!firn::detail::solve_definite(A, b)) return 0;
+        double sum = 0;
+        for (int i = 0; i < waves; ++i) sum += b[i] * right[i];
+        return 0.5 * sum * mass() / double(particles.size());
     }
 };
 
