@@ -42,13 +42,12 @@ FIRN_INLINE void for_parts(const B& boundary, const F& f, bool by_gap = false) {
 /// Returns how far matter comes to rest inside of the surface that surfaces() of a solid reports [m].
 /// \param h  cell size [m]
 template <class S, class B>
-FIRN_INLINE S rests_within(const B& solid, bool by_gap, double h) {
-    using Number = value_type_t<S>;
-    if (!by_gap) return S(Number(0.5 * h));
+FIRN_INLINE S rests_within(const B& solid, bool by_gap, const S& h) {
+    if (!by_gap) return S(0.5) * h;
     if constexpr (requires { solid.thickness_in_cells; })
-        return S(solid.thickness_in_cells) * S(Number(h));
+        return S(solid.thickness_in_cells) * h;
     else
-        return S(Number(0));
+        return S(0);
 }
 
 }  // namespace detail
@@ -81,10 +80,10 @@ inline constexpr bool may_have_solids<All<B...>, S, D> = (may_have_solids<B, S, 
 /// A boundary that does not say where its surfaces are has none here. \see has_surfaces
 /// \param h  cell size [m]
 template <class B, class S, int D, class Seen>
-FIRN_INLINE void solids_around(const B& boundary, const Vec<S, D>& x, double h, const Seen& seen) {
+FIRN_INLINE void solids_around(const B& boundary, const Vec<S, D>& x, const S& h, const Seen& seen) {
     detail::for_parts(boundary, [&]<class Part>(const Part& part, bool by_gap) FIRN_LAMBDA {
         if constexpr (!detail::is_walls<Part> && has_surfaces<Part, S, D>) {
-            const S within = detail::rests_within<S>(part, by_gap, h);
+            const S within = detail::rests_within(part, by_gap, h);
             part.surfaces(x, [&](const S& distance, const Vec<S, D>& normal, const auto&, Contact contact, const auto&)
                                  FIRN_LAMBDA {
                                      if (contact != Contact::none) seen(distance + within, normal);

@@ -45,15 +45,6 @@ public:
     Vec<S, D> lower() const { return cast<S>(low_); }   ///< Lower corner [cells from the domain's lower corner].
     Vec<S, D> upper() const { return cast<S>(high_); }  ///< Upper corner [cells from the domain's lower corner].
 
-    /// Returns the part of a node's weight along an axis that lies in the room.
-    /// \param node  index of the node along the axis, from the domain's lower corner
-    template <class Kernel>
-    S along(int axis, int node) const {
-        constexpr double reach = 0.5 * Kernel::support;
-        if (node - low_[axis] >= reach && high_[axis] - node >= reach) return S(1);
-        return S(weight_below<Kernel>(high_[axis] - node) - weight_below<Kernel>(low_[axis] - node));
-    }
-
 private:
     Vec<double, D> low_{}, high_{};
 };
@@ -75,13 +66,18 @@ public:
                              domain_.lower + upper * h + Vec<double, D>::filled(margin));
     }
     /// Calls seen(distance [cells], normal) for each solid.
+    /// \param x  positions [m]
+    template <class Seen>
+    FIRN_INLINE void around_metres(const Vec<P, D>& x, const Seen& seen) const {
+        const P h = P(S(domain_.cell_size));
+        solids_around(lifted_, x, h,
+                      [&](const P& distance, const Vec<P, D>& normal) FIRN_LAMBDA { seen(distance / h, normal); });
+    }
+    /// Calls seen(distance [cells], normal) for each solid.
     /// \param x  positions [cells from the domain's lower corner]
     template <class Seen>
     FIRN_INLINE void around(const Vec<P, D>& x, const Seen& seen) const {
-        const S h = S(domain_.cell_size), per_cell = S(1 / domain_.cell_size);
-        solids_around(lifted_, cast<P>(cast<S>(domain_.lower)) + x * P(h), domain_.cell_size,
-                      [&](const P& distance, const Vec<P, D>& normal)
-                          FIRN_LAMBDA { seen(distance * P(per_cell), normal); });
+        around_metres(cast<P>(cast<S>(domain_.lower)) + x * P(S(domain_.cell_size)), seen);
     }
 
 private:
@@ -98,16 +94,23 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
     constexpr int lanes = scalar_traits<P>::lanes;
     constexpr bool solid = may_have_solids<Boundary, S, D>;
     const S per_volume = S(std::pow(grid.domain().cell_size, -D));
+    const Vec<S, D> lower = room.lower(), upper = room.upper();
     const auto find_in = [&](const auto& solids) {
         parallel_for(
             grid.block_count(), threads,
             [&](std::size_t b, int) {
-                S along[D][block_size], first[D];
+                S along[D][block_size];
                 Vec<double, D> low{}, high{};
+                Vec<P, D> first{};
                 for (int a = 0; a < D; ++a) {
                     const int node = block_size * grid.block_along(b, a);
-                    for (int k = 0; k < block_size; ++k) along[a][k] = room.template along<Kernel>(a, node + k);
-                    first[a] = S(node), low[a] = node, high[a] = node + block_size - 1;
+                    for (int k = 0; k < block_size; ++k) {
+                        const S at = S(node + k), reach = S(0.5 * Kernel::support);
+                        const bool whole = upper[a] - at >= reach && at - lower[a] >= reach;
+                        along[a][k] = whole ? S(1) : room_along<Kernel>(at, lower[a], upper[a]);
+                    }
+                    first[a] = P(S(position_of_place(grid.domain(), grid.block(b), a, 0)));
+                    low[a] = node, high[a] = node + block_size - 1;
                 }
                 bool near = false;
                 if constexpr (solid) near = solids.are_near(low, high);
@@ -120,16 +123,18 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
                         for (int a = 0; a < D; ++a) {
                             const int k = place_in_block<D>(node, a);
                             of_box[l] *= along[a][k];
-                            index[a][l] = first[a] + S(k);
+                            index[a][l] = S(k);
                         }
                     }
                     P free = P::load(of_box), r[4];
                     if constexpr (solid)
                         if (near) {
                             Vec<P, D> x;
-                            unroll<D>([&](auto a) FIRN_LAMBDA { x.v[a] = P::load(index[a]); });
-                            solids.around(x, [&](const P& distance, const Vec<P, D>&)
-                                                 FIRN_LAMBDA { free = free * weight_below<Kernel>(distance); });
+                            unroll<D>([&](auto a) FIRN_LAMBDA {
+                                x.v[a] = first.v[a] + P::load(index[a]) * P(S(grid.domain().cell_size));
+                            });
+                            solids.around_metres(x, [&](const P& distance, const Vec<P, D>&)
+                                                        FIRN_LAMBDA { free = free * room_outside<Kernel>(distance); });
                         }
                     load_quads(nodes + from * node_width, r);
                     r[0] = excess_volume(r[node_mass] * P(per_volume), free);
@@ -144,18 +149,6 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
         find_in(SolidsOfGrid<Kernel, Boundary, S, D>(boundary, grid.domain()));
     else
         find_in(nullptr);
-}
-
-/// Returns a shift [cells] that leads no particle into a solid, and none deeper into one.
-template <class Solids, class P, int D>
-FIRN_INLINE Vec<P, D> kept_out_of(const Solids& solids, const Vec<P, D>& x, Vec<P, D> shift) {
-    P before(value_type_t<P>(1e30)), after = before;
-    solids.around(x, [&](const P& distance, const Vec<P, D>& normal) FIRN_LAMBDA {
-        shift = kept_out(shift, distance, normal);
-        before = min(before, distance);
-    });
-    solids.around(x + shift, [&](const P& distance, const Vec<P, D>&) FIRN_LAMBDA { after = min(after, distance); });
-    return select((after < P(value_type_t<P>(0))) & (after < before), Vec<P, D>::zero(), shift);
 }
 
 /// Moves the particles of a set off overfull nodes. Returns whether one of them may now be too far from its block.
@@ -281,7 +274,7 @@ std::array<bool, sizeof...(Views)> shift_particles(const Execution& execution, S
             detail::for_registers(set, threads, [&](const Slots& slots) {
                 P volume = set.view.volume.template load_or_zero<P>(slots, 0);
                 if constexpr (has_volume<State>)
-                    volume = volume + volume * volume_change(load_state<State>(set.view.state, slots));
+                    volume = present_volume(load_state<State>(set.view.state, slots), volume);
                 const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
                 volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
             });

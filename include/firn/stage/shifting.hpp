@@ -27,6 +27,21 @@ FIRN_INLINE S weight_below(const S& t) {
     return sum;
 }
 
+/// Returns the part of a node's weight along an axis that lies between two ends.
+/// \param node, lower, upper  positions of the node and of the ends [cells]
+template <class Kernel, scalar S>
+FIRN_INLINE S room_along(const S& node, const S& lower, const S& upper) {
+    const S reach = S(0.5 * Kernel::support), above = upper - node, below = lower - node;
+    const auto whole = (above >= reach) & (below <= -reach);
+    return select(whole, S(1), weight_below<Kernel>(above) - weight_below<Kernel>(below));
+}
+/// Returns the part of a node's weight that lies outside of a solid with a plane surface along an axis.
+/// \param distance  of the node from the surface [cells], negative in the solid
+template <class Kernel, scalar S>
+FIRN_INLINE S room_outside(const S& distance) {
+    return select(distance >= S(0.5 * Kernel::support), S(1), weight_below<Kernel>(distance));
+}
+
 /// Returns the volume of matter at a node beyond the node's room, over h^D [1]; 0 if there is none.
 /// \param volume  Σ N V0 J over the particles, over h^D [1]
 /// \param room    r: the part of the node's volume h^D that is free for matter [1]
@@ -87,6 +102,20 @@ FIRN_INLINE Vec<S, D> kept_in_box(const Vec<S, D>& shift, const Vec<S, D>& x, co
         kept.v[a] = min(max(shift.v[a], down), up);
     });
     return kept;
+}
+
+/// Returns a shift [cells] that leads no particle into a solid, and none deeper into one. \see kept_out
+/// \param solids  solids.around(x, seen) calls seen(distance [cells], normal) for each solid
+/// \param x       the particle's position [cells]
+template <class Solids, scalar S, int D>
+FIRN_INLINE Vec<S, D> kept_out_of(const Solids& solids, const Vec<S, D>& x, Vec<S, D> shift) {
+    S before = S(1e30), after = before;
+    solids.around(x, [&](const S& distance, const Vec<S, D>& normal) FIRN_LAMBDA {
+        shift = kept_out(shift, distance, normal);
+        before = min(before, distance);
+    });
+    solids.around(x + shift, [&](const S& distance, const Vec<S, D>&) FIRN_LAMBDA { after = min(after, distance); });
+    return select((after < S(0)) & (after < before), Vec<S, D>::zero(), shift);
 }
 
 }  // namespace firn

@@ -182,7 +182,7 @@ TEMPLATE_TEST_CASE("A pile is spread out: no particle leaves the walls or enters
     const auto here = on_grid(boundary, h);
     const auto depth = [&](const Vec<double, 2>& x) {
         double deepest = -1;
-        solids_around(here, cast<S>(x), h,
+        solids_around(here, cast<S>(x), S(h),
                       [&](const S& distance, const auto&) { deepest = std::max(deepest, -double(distance)); });
         return deepest;
     };
