@@ -258,7 +258,8 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Bou
           class... Views>
 std::array<bool, sizeof...(Views)> shift_particles(const Execution& execution, SparseGrid<S, D>& grid,
                                                    FilterMemory<S>& memory, const Boundary& boundary, S share,
-                                                   const Copies& copies, const std::tuple<const Materials&...>&,
+                                                   const Copies& copies,
+                                                   [[maybe_unused]] const std::tuple<const Materials&...>& materials,
                                                    const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     const int threads = thread_count(requested_threads(execution));

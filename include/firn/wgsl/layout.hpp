@@ -83,8 +83,10 @@ struct Program {
         volume{};             ///< name of the volumetric policy; empty if it is OwnVolume
     int workgroup_size;       ///< number of invocations per workgroup in most entry points
     double time_step_safety;  ///< firn::time_step_safety of the kernel
-    /// Corners of the room between walls [m], if the program shifts particles; ±∞ along an axis without walls.
-    std::vector<double> room_lower{}, room_upper{};
+    /// Lower corner of the room between walls [m], if the program shifts particles; −∞ along an axis without a wall.
+    std::vector<double> room_lower{};
+    /// Upper corner of the room between walls [m], if the program shifts particles; ∞ along an axis without a wall.
+    std::vector<double> room_upper{};
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
