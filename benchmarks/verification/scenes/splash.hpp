@@ -37,6 +37,8 @@ struct Splash {
         simulation.add(samples, density);
         released = mass() * g * (height - depth_at_rest) / 2;
     }
+    /// The depth of water that is compressed by its own weight, over that without, to first order.
+    double compressed() const { return 1 - density * g * depth_at_rest / (2 * bulk); }
     double mass() const { return density * depth_at_rest; }
 
     /// What the water is like over some time, in the mean.
@@ -46,12 +48,14 @@ struct Splash {
             kinetic = 0,                  ///< kinetic energy [J]
             kinetic_besides_waves = 0;    ///< without that of the four longest standing waves [J]
         std::vector<double> pressures{};  ///< of the layers of a cell, over ρ g d at the depth d of their middles
-        /// The largest |p / ρ g d − 1| of a layer, except of the two below the surface.
+        /// The largest |p / ρ g d − 1| of a layer, except of the lowest one and of the two below the surface.
         double worst_layer() const {
             double worst = 0;
-            for (std::size_t k = 0; k + 2 < pressures.size(); ++k) worst = std::max(worst, std::abs(pressures[k] - 1));
+            for (std::size_t k = 1; k + 2 < pressures.size(); ++k) worst = std::max(worst, std::abs(pressures[k] - 1));
             return worst;
         }
+        /// |p / ρ g d − 1| of the lowest layer.
+        double at_floor() const { return std::abs(pressures.at(0) - 1); }
     };
     /// Goes on for `duration` [s], and looks at the water every 0.1 s.
     /// \param see  called as see(time, depth now), without correction for waves
