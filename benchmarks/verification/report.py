@@ -13,9 +13,10 @@ import matplotlib.pyplot as plt
 
 here = Path(__file__).resolve().parent
 # The order of the report: from what is exact to what is only scaled.
-order = ["uniaxial", "rotation", "bar", "disks", "manufactured", "walls", "symmetry", "wall_contact", "cantilever", "cook",
-         "cylinder", "footing", "column", "hydrostatic", "sloshing", "incline", "bounce", "contact_bars", "contact_gap",
-         "contact_stack", "deformable_incline", "ring", "contact_hertz", "dam_break", "sand_column", "snowball", "wgsl"]
+order = ["uniaxial", "rotation", "bar", "disks", "manufactured", "walls", "symmetry", "wall_contact", "cantilever",
+         "cook", "cylinder", "footing", "column", "hydrostatic", "sloshing", "splash", "incline", "bounce",
+         "contact_bars", "contact_gap", "contact_stack", "deformable_incline", "ring", "contact_hertz", "dam_break",
+         "sand_column", "snowball", "wgsl"]
 colours = ["#1f5a93", "#d1603d", "#3f8f5b", "#8c6bb1", "#c9a227", "#3aa6a6", "#a3475d", "#777777"]
 plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.grid": True, "grid.alpha": 0.25, "axes.axisbelow": True,
                      "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
@@ -51,6 +52,8 @@ The report found these weak points. Each case gives the figures:
 * Water without viscosity that is left alone between walls that hold nodes: its pressure scatters by 6 % of the pressure
   at the floor. With weight gradients and cubic splines it scatters more. Mirrored walls and VolumeFilter mend it
   (water at rest, sloshing).
+* Water after a splash loses up to half of its depth. VolumeFilter keeps it within 3 % at h = 1/32 m; on finer cells,
+  between walls that hold nodes, still water loses 8 %, and with a larger rate of shifting 2 to 4 % (splash).
 * Nearly incompressible solids lock and their stresses scatter without FBar (Cook's membrane, cylinder, footing). FLIP
   and AFLIP answer too softly to loads on single particles (Cook's membrane).
 * Sand: the deposits of tall columns are too flat. A toe (the tip of a deposit) that is thinner than half a cell is not

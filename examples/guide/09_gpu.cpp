@@ -57,6 +57,7 @@ int main() {
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.
+    //!   Where VolumeFilter shifts particles, and the host moves walls, it sets room_lower and room_upper anew.
     //!
     //! `06_emit_wgsl --list` lists the programs that it writes: every kernel, transfer and force form with one material,
     //! every material with one of these, and snow with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a

@@ -15,8 +15,8 @@
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/p2g_with_velocities.hpp>
+#include <firn/exec/shifting.hpp>
 #include <firn/exec/totals.hpp>
-#include <firn/exec/volume_filter.hpp>
 #include <firn/exec/volume_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -379,10 +379,13 @@ private:
             if constexpr (boundary_fits)
                 grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
         }
-        for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
+        for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         for_sets([&](auto& set) {
-            if constexpr (Volume::averages_volume) average_volumes(dt, mirrors, number_of(set));
+            if constexpr (Volume::averages_volume)
+                scatter(dt, [&, k = number_of(set)](const auto&... sets) {
+                    average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, k, sets...);
+                });
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
                 execution, set.particles.view(), set.partition, grid_, set.material, dt, transfer);
             set.report = pass.report;
@@ -405,7 +408,7 @@ private:
         });
     }
 
-    /// Sums the particles' momenta on the grid and updates the nodes; the boundary acts by the gap of particles.
+    /// Sums momenta on the grid and updates the nodes; the boundary acts by the gap of particles.
     template <class Acceleration>
     void update_by_gap(double dt, const Acceleration& acceleration)
         requires(acts_by_gap<Boundary> && boundary_fits)
@@ -423,20 +426,18 @@ private:
     {
         volume.check();
         if (!volume.is_due(now_.steps)) return;
-        const S share = volume.share(S(dt / domain().cell_size) * S(detail::fastest_signal(sets_)));
-        if (!(share > 0)) return;
-        for_sets([&](auto& set) {
-            scatter(dt, [&, number = number_of(set)](const auto&... sets) {
-                filter_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, share, set.material, number, sets...);
-            });
-        });
-    }
-    void average_volumes(double dt, const Mirrors& mirrors, std::size_t number)
-        requires(Volume::averages_volume)
-    {
+        const auto copies = [&](auto& grid, int threads) {
+            if constexpr (Law::between_groups) sum_copies(ranks(), grid, contact_memory_.meetings, threads);
+        };
+        std::array<bool, material_count> strays{};
+        const S crossed = S(dt / domain().cell_size) * S(detail::fastest_signal(sets_));
         scatter(dt, [&](const auto&... sets) {
-            average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, number, sets...);
+            strays = act_on_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, boundary, volume, crossed,
+                                            copies, sets_, sets...);
         });
+        if (!shifts_particles<Volume> || ranks().sum(std::size_t(std::ranges::count(strays, true))) == 0) return;
+        for_sets([&](auto& set) { sort(set); });
+        activate();
     }
     /// Calls body(sets...) with the sets of particles. Adds the step to the message of an overflow_error.
     template <class Body>

@@ -234,6 +234,15 @@ void write_filtered(const std::filesystem::path& root) {
     write_case<2, Apic, MlsForce, Fluid<float>, QuadraticBSpline, Walls<float, 2>, VolumeFilter>(
         root, "2d_filter_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, honey, 2e-4, scenes::mirrored_walls<2>(),
         {.every = 1});
+    // Particles that are shifted off overfull nodes, beside a ball and between walls inside of the domain.
+    Collider<Sphere<float, 3>> ball{.shape = {0.1F}, .contact = Contact::slip, .friction = 0.2};
+    ball.position = Vec<double, 3>::filled(0.47);
+    write_case<3, Apic, MlsForce, Fluid<float>, QuadraticBSpline, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>,
+               VolumeFilter>(root, "3d_shifted", {0.25, 1.0 / 32, 1.0 / 16}, "step", 3, honey, 2e-4,
+                             Together(scenes::rough_walls<3>(), ball), {.every = 1, .shifting = 20});
+    write_case<2, Pic, WeightGradientForce, Fluid<float>, CubicBSpline, Walls<float, 2>, VolumeFilter>(
+        root, "2d_shifted_sorted", {0.3, 1.0 / 64, 1.0 / 32, 1.0 / 32}, "step_sorted", 2, honey, 2e-4,
+        scenes::mirrored_walls<2>(1.0 / 32), {.every = 1, .rate = 0, .shifting = 20});
     write_case<3, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
         root, "3d_filter", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 4, material, 0, scenes::rough_walls<3>(),
         {.every = 2});

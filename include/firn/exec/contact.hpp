@@ -301,6 +301,25 @@ void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
 
 }  // namespace detail
 
+/// Gives every node the sum of its numbers over all contact groups that have the node.
+/// \param ranks     what the ranks of the run tell each other
+/// \param meetings  where groups may meet
+template <class Kernel, class Ranks, std::floating_point S, int D>
+void sum_copies(const Ranks& ranks, SparseGrid<S, D>& grid, const MeetingPlaces<Kernel, D>& meetings, int threads) {
+    ranks.bring_copies(grid);
+    parallel_for(
+        meetings.places().size(), threads,
+        [&](std::size_t p, int) {
+            const auto& place = meetings.places()[p];
+            for (int k = 0; k < block_nodes<D> * node_width; ++k) {
+                S sum = 0;
+                for (std::size_t c = place.first; c < place.last; ++c) sum += grid.nodes(meetings.copies()[c].block)[k];
+                for (std::size_t c = place.first; c < place.last; ++c) grid.nodes(meetings.copies()[c].block)[k] = sum;
+            }
+        },
+        16);
+}
+
 /// Lets contact groups act on each other: changes the momenta at all nodes where several groups have mass. Call it when
 /// the nodes hold momenta and masses, with the impulses of stresses.
 ///

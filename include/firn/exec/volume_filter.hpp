@@ -13,7 +13,9 @@ struct FilterMemory {
     aligned_vector<S> volumes,  ///< Volumes of the particles that take part in the filter; 0 for the others.
         values,                 ///< J − 1 of the particles, then its average around the particle [1].
         averages;               ///< The averages of the averages [1].
+    std::vector<aligned_vector<S>> present;  ///< For each set, the present volumes of its particles [m^D].
     std::vector<std::optional<FixedPointScale<S>>> scales;  ///< For each set, the scale of the last fixed-point sums.
+    std::optional<FixedPointScale<S>> scale_of_present;     ///< The scale of the last sums of present volumes.
 };
 
 namespace detail {

@@ -276,6 +276,19 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
     });
 }
 
+/// Sets the parameters of a volumetric policy to the values in a state. A state of an earlier firn does not say how
+/// fast particles are shifted: they were not.
+template <class Volume, class T>
+void restore_volume(Volume& volume, const State<T>& state) {
+    State<T> said;
+    said.parameters = state.parameters;
+    const auto is_shifting = [](const StateParameter& p) { return p.group == "volumetric" && p.name == "shifting"; };
+    if constexpr (shifts_particles<Volume>)
+        if (std::none_of(said.parameters.begin(), said.parameters.end(), is_shifting))
+            said.parameters.push_back({"volumetric", "shifting", "1", {0}});
+    restore_parameters(volume, said, "volumetric");
+}
+
 /// Everything that restore() takes from a state for one set of particles.
 template <class Simulation, std::size_t I>
 struct RestoredSet {
@@ -350,7 +363,7 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
         check_contact_groups(stored);
         restore_parameters(made.boundary, state, "boundary");
         restore_parameters(made.transfer, state, "transfer");
-        restore_parameters(made.volume, state, "volumetric");
+        restore_volume(made.volume, state);
     }
     if (state.size() > 0)
         check_positions<double, D>(state.size(), simulation.domain(),

@@ -33,6 +33,12 @@ FIRN_INLINE auto volume_change(const State& state) {
         return volume_change(state.F);
 }
 
+/// Returns the present volume J V0 of a particle [m^D], from its initial volume V0.
+template <class State, scalar S>
+FIRN_INLINE S present_volume(const State& state, const S& volume) {
+    return volume + volume * volume_change(state);
+}
+
 /// Returns the part of a particle in the filter of volume ratios: its initial volume V0; 0 if its volume has changed
 /// without elastic stress, as that of spray.
 template <class Material, class State, scalar S>

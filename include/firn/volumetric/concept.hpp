@@ -43,4 +43,11 @@ inline constexpr bool filters_volume = requires(const V v) {
     { v.share(0.0) } -> std::same_as<double>;
 };
 
+/// Whether the volumetric policy V also moves particles off overfull nodes: it has a function `shifted_share(crossed)`.
+/// \see VolumeFilter
+template <class V>
+inline constexpr bool shifts_particles = filters_volume<V> && requires(const V v) {
+    { v.shifted_share(0.0) } -> std::same_as<double>;
+};
+
 }  // namespace firn

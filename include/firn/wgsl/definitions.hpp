@@ -2,11 +2,13 @@
 /// them to a WGSL module.
 #pragma once
 
+#include <firn/boundary/room.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/shifting.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume.hpp>
 #include <firn/stage/volume_filter.hpp>
@@ -46,14 +48,15 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
     return lifted;
 }
 
-/// Adds the functions of G2P that sum over the nodes along one axis: sum_axisA for axis A, and one for each later axis.
-template <class Kernel, int D, int A, bool Moments, bool Gradients>
-void add_axis_sums(Module& module) {
+/// Adds the functions that sum over the nodes along one axis: NAMEA for axis A, and one for each later axis.
+/// \tparam V  what a node has: in G2P, its velocity
+template <class Kernel, int D, int A, bool Moments, bool Gradients, class V = Vec<recorded, D>>
+void add_axis_sums(Module& module, const char* of = "sum_axis") {
     if constexpr (A < D) {
         constexpr std::size_t K = std::size_t(Kernel::support);
-        using Parts = std::array<PartialSums<Vec<recorded, D>, A, Moments, Gradients>, K>;
+        using Parts = std::array<PartialSums<V, A, Moments, Gradients>, K>;
         using Weights = std::array<recorded, K>;
-        const std::string name = "sum_axis" + std::to_string(A), comment = "firn/stage/g2p.hpp: sums along an axis";
+        const std::string name = of + std::to_string(A), comment = "firn/stage/g2p.hpp: sums along an axis";
         if constexpr (Gradients)
             module.function<Parts, Weights, Weights>(name, comment, {"parts", "w", "g"},
                                                      [](const Parts& parts, const Weights& w, const Weights& g) {
@@ -63,7 +66,7 @@ void add_axis_sums(Module& module) {
             module.function<Parts, Weights>(name, comment, {"parts", "w"}, [](const Parts& parts, const Weights& w) {
                 return sum_axis<centre_node<Kernel>>(parts, w, w);
             });
-        add_axis_sums<Kernel, D, A + 1, Moments, Gradients>(module);
+        add_axis_sums<Kernel, D, A + 1, Moments, Gradients, V>(module, of);
     }
 }
 
@@ -304,6 +307,78 @@ void add_filtered_volume(Module& module, const Material& material, const Volume&
         {"state", "stress", "once", "twice", "volume", "share"},
         [&](const State& state, const Mat<R, D>& stress, const R& once, const R& twice, const R& taking_part,
             const R& share) { return filtered_state<D>(model(), state, stress, once, twice, taking_part, share); });
+}
+
+/// The solids of a recorded boundary. \see kept_out_of
+template <class Boundary, int D>
+struct RecordedSolids {
+    Boundary boundary;           ///< the boundary, on the program's grid
+    recorded h;                  ///< cell size [m]
+    Vec<recorded, D> of_domain;  ///< lower corner of the domain [m]
+
+    /// Calls seen(distance [cells], normal) for each solid.
+    /// \param x  position [m]
+    template <class Seen>
+    void around_metres(const Vec<recorded, D>& x, const Seen& seen) const {
+        solids_around(boundary, x, h,
+                      [&](const recorded& distance, const Vec<recorded, D>& normal) { seen(distance / h, normal); });
+    }
+    /// Calls seen(distance [cells], normal) for each solid.
+    /// \param x  position [cells from the domain's lower corner]
+    template <class Seen>
+    void around(const Vec<recorded, D>& x, const Seen& seen) const {
+        around_metres(of_domain + x * h, seen);
+    }
+};
+
+/// Adds the functions of particle shifting: those of stage/shifting.hpp for one node and one particle.
+template <class Kernel, int D, class Boundary, class Material, class Volume>
+void add_shifting(Module& module, const Boundary& boundary, const Material&, const Volume& volume) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    using Quad = Vec<R, 4>;
+    using State = material_state_t<with_scalar_t<Material, R>, D>;
+    const auto solids = [&] {
+        const auto here = on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size());
+        return RecordedSolids<std::remove_const_t<decltype(here)>, D>{here, detail::cell_size(),
+                                                                      detail::uniform_of<V>("domain_lower")};
+    };
+    const char* const of_stage = "firn/stage/shifting.hpp";
+    module.function<R>("shifted_share_of", std::string(Volume::name) + ", the share that one pass of shifting removes",
+                       {"crossed"}, [&](const R& crossed) { return volume.shifted_share(crossed); });
+    module.function<State, R>("present_volume_of", "firn/stage/volume_filter.hpp: J V0", {"state", "volume"},
+                              [](const State& state, const R& initial) { return present_volume(state, initial); });
+    module.function<R, R, R>(
+        "room_along", of_stage, {"node", "lower", "upper"},
+        [](const R& node, const R& lower, const R& upper) { return room_along<Kernel>(node, lower, upper); });
+    module.function<R, V>("room_beside", std::string(Boundary::name) + ", " + of_stage + ": the room beside solids",
+                          {"room", "position"}, [&](const R& room, const V& position) {
+                              R free = room;
+                              solids().around_metres(position, [&](const R& distance, const V&) {
+                                  free = free * room_outside<Kernel>(distance);
+                              });
+                              return free;
+                          });
+    module.function<R, R>("excess_of", of_stage, {"volume", "room"}, [](const R& matter, const R& room) {
+        return excess_volume(matter * detail::uniform("per_volume"), room);
+    });
+    detail::add_axis_sums<Kernel, D, 0, false, true, Quad>(module, "sum_quads");
+    using Sums = PartialSums<Quad, D, false, true>;
+    module.function<Sums, V, V, R>(
+        "shifted_by", std::string(Boundary::name) + ", " + of_stage + ": where a particle goes, from `corner`",
+        {"sums", "place", "corner", "share"}, [&](const Sums& of, const V& place, const V& corner, const R& share) {
+            ShiftSums<R, D> sums{of.value[0], of.value[1], {}, {}};
+            for (int a = 0; a < D; ++a) {
+                sums.excess_gradient[a] = of.gradient[std::size_t(a)][0];
+                sums.room_gradient[a] = of.gradient[std::size_t(a)][1];
+            }
+            const V x = corner + place;
+            V way = kept_in_box(shift_of(sums, share), x, detail::uniform_of<V>("room_lower"),
+                                detail::uniform_of<V>("room_upper"));
+            if constexpr (may_have_solids<Boundary, float, D>) way = kept_out_of(solids(), x, way);
+            const auto moved = moved_by(way, R(1), place, V::zero() - corner, detail::uniform_of<V>("cells") - corner);
+            return select(sums.excess > R(0), moved.position, place);
+        });
 }
 
 /// Adds the functions of the material to the module. These functions return a particle's state after a step, its

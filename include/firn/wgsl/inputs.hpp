@@ -134,6 +134,17 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
+    if (!program.room_lower.empty()) {  // as RoomOfDomain
+        std::vector<double> low, high, lower;
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            const double from = domain.lower[int(a)], h = domain.cell_size;
+            low.push_back((std::max(from, program.room_lower[a]) - from) / h);
+            high.push_back((std::min(domain.upper[int(a)], program.room_upper[a]) - from) / h);
+            lower.push_back(from);
+        }
+        inputs.set("room_lower", low), inputs.set("room_upper", high), inputs.set("domain_lower", lower);
+        inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
+    }
 
     for (const std::size_t slot : slots)  // on the CPU, fixed_point_scale() makes a more precise check
         if (!(particles.mass(slot) >= 0x1p-86F))

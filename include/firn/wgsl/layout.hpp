@@ -79,17 +79,21 @@ struct MirroredWall {
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
 /// program.
 struct Program {
-    std::string name;                      ///< the dimension and the names of the policies, joined by _
-    int dimension;                         ///< dimension of space: 2 or 3
-    std::string kernel,                    ///< name of the kernel
-        transfer,                          ///< name of the transfer
-        force,                             ///< name of the force form: MLS or weight gradients
-        material,                          ///< name of the material
-        boundary,                          ///< name of the boundary
-        field,                             ///< name of the acceleration field
-        volume{};                          ///< name of the volumetric policy; empty if it is OwnVolume
-    int workgroup_size;                    ///< number of invocations per workgroup in most entry points
-    double time_step_safety;               ///< firn::time_step_safety of the kernel
+    std::string name;         ///< the dimension and the names of the policies, joined by _
+    int dimension;            ///< dimension of space: 2 or 3
+    std::string kernel,       ///< name of the kernel
+        transfer,             ///< name of the transfer
+        force,                ///< name of the force form: MLS or weight gradients
+        material,             ///< name of the material
+        boundary,             ///< name of the boundary
+        field,                ///< name of the acceleration field
+        volume{};             ///< name of the volumetric policy; empty if it is OwnVolume
+    int workgroup_size;       ///< number of invocations per workgroup in most entry points
+    double time_step_safety;  ///< firn::time_step_safety of the kernel
+    /// Lower corner of the room between walls [m], if the program shifts particles; −∞ along an axis without a wall.
+    std::vector<double> room_lower{};
+    /// Upper corner of the room between walls [m], if the program shifts particles; ∞ along an axis without a wall.
+    std::vector<double> room_upper{};
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
@@ -131,6 +135,7 @@ struct Facts {
     bool averages_volume;    ///< whether rates of volume change are averaged, see firn::volumetric
     bool filters_volume;     ///< whether volume ratios are filtered, see firn::filters_volume
     int filters_every;       ///< number of steps from one pass of this filter to the next
+    bool shifts_particles;   ///< whether a pass of this filter also shifts particles, see firn::shifts_particles
     int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
@@ -351,6 +356,12 @@ inline void add_entry_points(Program& program, const Facts& facts) {
                 {{motion, true}, {status, true}, {rates, true}, {rate_sums, true}});
             add("filter_volumes", "particle", size,
                 {{motion, true}, {stress, true}, {state, true}, {status, true}, {rates, true}, {rate_sums, true}});
+        }
+        if (facts.shifts_particles) {
+            add("measure_present", "particle", size,
+                {{state, true}, {constants, false}, {status, true}, {rates, true}});
+            add("find_excess", "node", size, with(sums, {{coordinates, false}}));
+            add("shift_particles", "particle", size, {{motion, true}, {status, true}, {rate_sums, true}});
         }
     }
     add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));

@@ -59,6 +59,9 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
         average.push_back("average_volumes");
         auto passes = join(join({"measure_volumes", "count_volumes"}, average), {"measure_averages"});
         passes = join(join(passes, average), {"filter_volumes"});
+        if (program.has("shift_particles"))
+            passes = join(passes,
+                          {"measure_present", "choose_rate_scale", "scatter_rates", "find_excess", "shift_particles"});
         order.insert(order.begin() + 1, passes.begin(), passes.end());  // after clear
     }
     return order;

@@ -41,6 +41,24 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("bound_time_step", "u32", "1", "1: no step is longer than the stable one", {0});
 }
 
+/// Sets the room between the walls of the program, and adds the uniforms of particle shifting.
+template <int D, class Boundary>
+void add_room(Program& program, UniformLayout& uniforms, const Boundary& boundary) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    RoomBox<D> room{Vec<double, D>::filled(-infinite), Vec<double, D>::filled(infinite)};
+    narrow_to_walls(room, boundary);
+    program.room_lower.assign(room.lower.v, room.lower.v + D);
+    program.room_upper.assign(room.upper.v, room.upper.v + D);
+    const std::string of_f32 = "vec" + std::to_string(D) + "<f32>";
+    const std::vector<double> zero = std::vector<double>(std::size_t{D}, 0.0);
+    uniforms.add("room_lower", of_f32, "cells", "lower corner of the room between walls, from that of the domain",
+                 zero);
+    uniforms.add("room_upper", of_f32, "cells", "upper corner of the room between walls, from that of the domain",
+                 zero);
+    uniforms.add("domain_lower", of_f32, "m", "lower corner of the domain", zero);
+    uniforms.add("per_volume", "f32", "1/m^D", "1 / h^D, rounded once", {0});
+}
+
 /// Sets the mirrored walls of the program.
 template <class Boundary>
 void set_mirrors(Program& program, const Boundary& boundary) {
@@ -66,7 +84,7 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
-/// \throws parameter_error  if a parameter of `boundary` is not valid
+/// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
@@ -88,10 +106,12 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
     int every = 0;
+    bool shifts = false;
     if constexpr (filters_volume<Volume>) {
         static_assert(has_volume<State>, "firn: a filter of volume ratios needs a material with a state J or F.");
         volume.check();
         every = volume.every;
+        if constexpr (shifts_particles<Volume> && has_volume_ratio<State>) shifts = volume.shifted_share(1.0) > 0;
     }
     const Facts facts{D,
                       Kernel::support,
@@ -104,6 +124,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       Volume::averages_volume,
                       filters_volume<Volume>,
                       every,
+                      shifts,
                       workgroup_size};
 
     Program program;
@@ -124,6 +145,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
+    if (shifts) detail::add_room<D>(program, uniforms, boundary);
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
     detail::add_buffers(program, facts, table);
@@ -132,7 +154,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     detail::add_entry_points(program, facts);
 
     Module module;
-    add_kernel<Kernel, D>(module, facts.sum_gradients);
+    add_kernel<Kernel, D>(module, facts.sum_gradients || shifts);
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     add_grid_update<D>(module, boundary, field);
@@ -146,6 +168,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
     if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
     if constexpr (filters_volume<Volume>) add_filtered_volume<D>(module, material, volume);
+    if constexpr (shifts_particles<Volume> && has_volume_ratio<State>)
+        if (shifts) add_shifting<Kernel, D>(module, boundary, material, volume);
 
     const detail::KernelText text(facts);
     program.code = "// Written by firn " + version() +

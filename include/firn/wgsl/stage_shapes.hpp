@@ -69,7 +69,9 @@ struct shape<PartialSums<V, Closed, Moments, Gradients>>
     /// @{
 
     /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "Sums" + std::to_string(Closed); }
+    static std::string name() {
+        return (std::same_as<V, Vec<recorded, 4>> ? "QuadSums" : "Sums") + std::to_string(Closed);
+    }
     static constexpr auto members() {
         return std::tuple{member{"value", &T::value}, member{"moment", &T::moment}, member{"gradient", &T::gradient}};
     }

@@ -82,16 +82,17 @@ public:
     explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
 
     std::string helpers() const {
-        return filled(text::helpers) + (facts_.sum_gradients ? filled(text::gradient_helpers) : "");
+        const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
+        return filled(text::helpers) + (gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points(const Program& program) const {
         return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
                mirrors(program) + volume(program) +
-               filled(text::g2p,
-                      {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
-                       {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))")}});
+               filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
+                                  {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))",
+                                                    facts_.sum_gradients)}});
     }
 
 private:
@@ -238,13 +239,33 @@ private:
                           {"SCATTER", scatter("scatter_rate", "rate_sums", node_in_grid(), record.c_str())},
                           {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
                           {"EVERY", std::to_string(facts_.filters_every)},
-                          {"GATHER", gather("", "sum_average", average)}};
+                          {"GATHER", gather("", "sum_average", average, false)}};
         std::string text = filled(text::volume_average, names) + (mirrors ? filled(text::convert_rates, names) : "");
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
             const auto act = [](const std::string&, const std::string& place) { return "fold_rates" + place + ");"; };
             text += filled(text::mirror, mirror_names(program, fold_pass(k), idle(), first, last, act));
         });
-        return text + filled(filters ? text::filter : text::rates, names);
+        text += filled(filters ? text::filter : text::rates, names);
+        if (!facts_.shifts_particles) return text;
+        const auto word = [&](const char* number) {
+            return "bitcast<f32>(atomicLoad(&rate_sums[4u * node + " + std::string(number) + "u]))";
+        };
+        const auto room = [](int a) {
+            return "room_along(node." + axis(a) + ", params.room_lower." + axis(a) + ", params.room_upper." + axis(a) +
+                   ")";
+        };
+        return text + filled(text::shift, {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
+                                           {"IDLE", idle()},
+                                           {"ROOM", listed(D_, room, " * ")},
+                                           {"GATHER", gather("QuadSums", "sum_quads",
+                                                             "QuadSums0(quad_at(" + node_in_grid() + "))", true)}});
+    }
+    /// Returns the WGSL statement that stores the share of particle shifting; no text without shifting.
+    std::string choose_shifted_share() const {
+        if (!facts_.shifts_particles) return "";
+        return indented(2) +
+               "atomicStore(&status[19], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
+               "bitcast<f32>(atomicLoad(&status[2])))));";
     }
     bool sums_rates() const { return facts_.averages_volume || facts_.filters_volume; }
     /// Returns the WGSL condition under which the passes of the volumetric policy do nothing.
@@ -259,7 +280,9 @@ private:
 
     /// Returns the WGSL text of the nested loops in which G2P sums over nodes. The innermost loop is along axis 0, the
     /// outermost along the last axis.
-    std::string gather(const std::string& type, const std::string& function, const std::string& of_node) const {
+    /// \param gradients  whether the sums with gradients of the weights are formed, too
+    std::string gather(const std::string& type, const std::string& function, const std::string& of_node,
+                       bool gradients) const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
         for (int a = D_ - 1, depth = 1; a >= 0; --a, ++depth) {
@@ -271,8 +294,7 @@ private:
         }
         text += " part0[a] = " + of_node + "; }";
         for (int a = 0; a < D_; ++a) {
-            const std::string n = std::to_string(a),
-                              gradient = facts_.sum_gradients && !type.empty() ? ", g[" + n + "]" : "",
+            const std::string n = std::to_string(a), gradient = gradients ? ", g[" + n + "]" : "",
                               sum =
                                   function + (type.empty() ? "" : n) + "(part" + n + ", w[" + n + "]" + gradient + ");";
             const int depth = D_ - a;
@@ -343,8 +365,9 @@ private:
                                        "atomicStore(&status[16], bitcast<u32>(share_of(chosen.place_per_velocity * "
                                        "bitcast<f32>(atomicLoad(&status[2])))));" +
                                        indented(2) + "atomicAdd(&status[17], 1u);" + indented(2) +
-                                       "atomicStore(&status[18], 0u);"
+                                       "atomicStore(&status[18], 0u);" + choose_shifted_share()
                                  : ""},
+            {"NO_SHARE", facts_.shifts_particles ? "" : " || !(bitcast<f32>(atomicLoad(&status[16])) > 0.0f)"},
             {"CLEAR_LOADS",
              sums_rates() ? indented(2) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }" : ""},
             {"CLEAR_RATES",

@@ -121,7 +121,7 @@ fn average_rates(${INVOCATION}) {
 /// VolumeFilter
 inline constexpr const char* filter = R"(
 fn filter_rests() -> bool {
-    return stopped() || atomicLoad(&status[17]) % ${EVERY}u != 0u || !(bitcast<f32>(atomicLoad(&status[16])) > 0.0f);
+    return stopped() || atomicLoad(&status[17]) % ${EVERY}u != 0u${NO_SHARE};
 }
 
 @compute @workgroup_size(${GROUP})
@@ -186,6 +186,60 @@ fn filter_volumes(${INVOCATION}) {
                          rates[params.capacity + i], bitcast<f32>(atomicLoad(&status[16])));
     store_state(i, after.state);
     store_kirchhoff_stress(i, after.stress);
+}
+)";
+
+/// WGSL text of the entry points of particle shifting, which follow those of a filter of volume ratios. rates[capacity
+/// + i] is the particle's present volume. Word 1 of a node in rate_sums is the volume beyond the node's room, word 2
+/// the room. Status word 19: the share s. \see stage/shifting.hpp
+inline constexpr const char* shift = R"(
+@compute @workgroup_size(${GROUP})
+fn measure_present(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles && !${IDLE}) {
+        let volume = present_volume_of(load_state(i), load_volume(i));
+        rates[i] = 0.0f;
+        rates[params.capacity + i] = volume;
+        measure_record(volume_record(0.0f, volume));
+    }
+    workgroupBarrier();
+    if (local < 2u) { atomicMax(&status[12u + local], atomicLoad(&largest_rates[local])); }
+}
+
+@compute @workgroup_size(${GROUP})
+fn find_excess(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i >= node_count() || ${IDLE}) { return; }
+    let at = ${NODE_AT};
+    let position = ${VEC}(${COORDINATES});
+    let node = ${VEC}(${IVEC}(at) - ${IVEC}(4));
+    let room = room_beside(${ROOM}, position);
+    atomicStore(&rate_sums[4u * i + 1u], bitcast<i32>(excess_of(sums_in_quanta(i).y, room)));
+    atomicStore(&rate_sums[4u * i + 2u], bitcast<i32>(room));
+}
+
+fn quad_at(node: u32) -> vec4<f32> { return ${QUAD}; }
+fn gather_quads(first: ${IVEC}, f: ${VEC}) -> QuadSums${D} {
+    var w = kernel_weights_of(f);
+    var g = kernel_gradients_of(f);
+    ${GATHER}
+}
+
+@compute @workgroup_size(${GROUP})
+fn shift_particles(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i >= params.particles || ${IDLE}) { return; }
+    let place = load_place(i);
+    let corner = load_corner(i);
+    let base = base_node_of(place);
+    let sums = gather_quads(nodes_from(base + corner), place - base);
+    let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[19])));
+    // A place that has left the reach of its block counts from another one.
+    let node = base_node_of(moved);
+    var change = ${VEC}(0.0f);
+    if (any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f))) { change = 4.0f * floor(0.25f * node); }
+    store_place(i, moved - change);
+    store_corner(i, corner + change);
 }
 )";
 

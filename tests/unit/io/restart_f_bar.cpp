@@ -14,6 +14,23 @@ TEST_CASE("The filter of volume ratios goes on to the same bits, between two of 
         NeoHookean<float>::from_young_poisson(2e4, 0.45));
 }
 
+TEST_CASE("Water whose particles are shifted goes on to the same bits", "[io][restart]") {
+    restarts::goes_on<Fluid<float>, Coloured, Apic, VolumeFilter>(Fluid<float>::from_properties({.bulk = 2e4}));
+}
+
+TEST_CASE("A state that does not say how fast particles are shifted is of a run without shifting", "[io][restart]") {
+    const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
+    Simulation water(domain, Fluid<float>{}, VolumeFilter{.every = 3, .shifting = 0.5});
+    water.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 32}), 1000);
+    auto state = state_of(water);
+    water.volume = {};
+    restore(water, state);
+    CHECK((water.volume.every == 3 && water.volume.shifting == 0.5));
+    CHECK(std::erase_if(state.parameters, [](const auto& p) { return p.name == "shifting"; }) == 1);
+    restore(water, state);
+    CHECK(water.volume.shifting == 0);
+}
+
 TEST_CASE("A run goes on from a state only with the same volumetric policy", "[io][restart]") {
     const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
     const auto material = NeoHookean<float>::from_young_poisson(2e4, 0.45);

@@ -170,7 +170,7 @@ TEST_CASE("The filter has the same bits for any number of threads, and changes a
     const auto one = run(Coloured{1});
     CHECK(run(Coloured{3}) == one);
     CHECK(run(Coloured{1}, {.every = 100}) != one);
-    CHECK(run(Coloured{1}, {.every = 100}) == run(Coloured{1}, {.every = 1, .rate = 0}));
+    CHECK(run(Coloured{1}, {.every = 100}) == run(Coloured{1}, {.every = 1, .rate = 0, .shifting = 0}));
     const auto integers = run(FixedPoint<std::int32_t>{1});
     CHECK(run(FixedPoint<std::int32_t>{3}) == integers);
     CHECK(run(ColouredFixedPoint<std::int32_t>{2}) == integers);

@@ -4,6 +4,7 @@
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/material/fluid.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
 #include <firn/wgsl/inputs.hpp>
@@ -269,6 +270,25 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     CHECK(p.code.find("% 5u != 0u") != std::string::npos);
     CHECK(p.name.ends_with("_volume_filter"));
     CHECK_THROWS_AS(make({.every = 0}), parameter_error);
+
+    // Particles of a material that stores J are shifted, too, unless the rate is 0.
+    const auto make_water = [&](const VolumeFilter& filter) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(Fluid<float>{}, walls, Gravity<float, 2>{},
+                                                                       filter);
+    };
+    const wgsl::Program water = make_water({});
+    const std::vector<std::string> with = wgsl::step_order_of(water);
+    const auto after = std::find(with.begin(), with.end(), "filter_volumes") + 1;
+    const std::vector<std::string> shifts{"measure_present", "choose_rate_scale", "scatter_rates",
+                                          "find_excess",     "shift_particles",   "measure"};
+    REQUIRE(with.end() - after >= std::ptrdiff_t(shifts.size()));
+    CHECK(std::equal(shifts.begin(), shifts.end(), after));
+    for (const std::string& name : with) CHECK(water.has(name));
+    for (const wgsl::EntryPoint& e : water.entry_points) CHECK(e.bindings.size() - 1 <= 8);
+    CHECK(water.room_lower == std::vector<double>{-std::numeric_limits<double>::infinity(), 0});
+    CHECK(water.room_upper == std::vector<double>{std::numeric_limits<double>::infinity(), 1});
+    CHECK_FALSE(make_water({.shifting = 0}).has("shift_particles"));
+    CHECK_FALSE(p.has("shift_particles"));
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {

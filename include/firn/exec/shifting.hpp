@@ -1,0 +1,330 @@
+/// \file The pass that moves particles off overfull nodes. It comes before P2G, while the partition holds.
+/// \see VolumeFilter
+#pragma once
+
+#include <firn/boundary/room.hpp>
+#include <firn/exec/volume_filter.hpp>
+#include <firn/stage/shifting.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace firn {
+
+namespace detail {
+
+/// The arrays of a set of particles that the scatter of volumes reads.
+template <class View>
+struct VolumeView {
+    using scalar_type = typename View::scalar_type;
+    static constexpr int dimension = View::dimension;
+    using Field = decltype(View::position);
+
+    Field position, volume;
+};
+
+/// The room between the walls and the ends of a domain, for its nodes and particles.
+template <std::floating_point S, int D>
+class RoomOfDomain {
+public:
+    /// \param boundary  the boundary, whose walls narrow the domain
+    template <class Boundary>
+    RoomOfDomain(const Boundary& boundary, const Domain<D>& domain) {
+        constexpr double far = std::numeric_limits<float>::max();
+        RoomBox<D> box{domain.lower, domain.upper};
+        narrow_to_walls(box, boundary);
+        for (int a = 0; a < D; ++a) {
+            const bool open = domain.periodic[std::size_t(a)];
+            low_[a] = open ? -far : (box.lower[a] - domain.lower[a]) / domain.cell_size;
+            high_[a] = open ? far : (box.upper[a] - domain.lower[a]) / domain.cell_size;
+        }
+    }
+    Vec<S, D> lower() const { return cast<S>(low_); }   ///< Lower corner [cells from the domain's lower corner].
+    Vec<S, D> upper() const { return cast<S>(high_); }  ///< Upper corner [cells from the domain's lower corner].
+
+private:
+    Vec<double, D> low_{}, high_{};
+};
+
+/// The solids of a boundary, converted to registers, and where they are.
+template <class Kernel, class Boundary, std::floating_point S, int D>
+class SolidsOfGrid {
+    using P = native_pack<S>;
+
+public:
+    SolidsOfGrid(const Boundary& boundary, const Domain<D>& domain)
+        : domain_(domain), here_(on_grid(boundary, domain.cell_size)), lifted_(lift<P>(here_)) {}
+
+    /// Returns whether solids may be near a box of nodes or particles.
+    /// \param lower, upper  corners of the box [cells from the domain's lower corner]
+    bool are_near(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        const double h = domain_.cell_size, margin = 0.5 * Kernel::support * h;
+        return here_.reaches(domain_.lower + lower * h - Vec<double, D>::filled(margin),
+                             domain_.lower + upper * h + Vec<double, D>::filled(margin));
+    }
+    /// Calls seen(distance [cells], normal) for each solid.
+    /// \param x  positions [m]
+    template <class Seen>
+    FIRN_INLINE void around_metres(const Vec<P, D>& x, const Seen& seen) const {
+        const P h = P(S(domain_.cell_size));
+        solids_around(lifted_, x, h,
+                      [&](const P& distance, const Vec<P, D>& normal) FIRN_LAMBDA { seen(distance / h, normal); });
+    }
+    /// Calls seen(distance [cells], normal) for each solid.
+    /// \param x  positions [cells from the domain's lower corner]
+    template <class Seen>
+    FIRN_INLINE void around(const Vec<P, D>& x, const Seen& seen) const {
+        around_metres(cast<P>(cast<S>(domain_.lower)) + x * P(S(domain_.cell_size)), seen);
+    }
+
+private:
+    const Domain<D>& domain_;
+    Boundary here_;
+    with_scalar_t<Boundary, P> lifted_;
+};
+
+/// Replaces the volume of matter at each node by the volume beyond the node's room; component 1 becomes the room.
+/// \see ShiftSums
+template <class Kernel, class Boundary, std::floating_point S, int D>
+void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const Boundary& boundary, int threads) {
+    using P = native_pack<S>;
+    constexpr int lanes = scalar_traits<P>::lanes;
+    constexpr bool solid = may_have_solids<Boundary, S, D>;
+    const S per_volume = S(std::pow(grid.domain().cell_size, -D));
+    const Vec<S, D> lower = room.lower(), upper = room.upper();
+    const auto find_in = [&](const auto& solids) {
+        parallel_for(
+            grid.block_count(), threads,
+            [&](std::size_t b, int) {
+                S along[D][block_size];
+                Vec<double, D> low{}, high{};
+                Vec<P, D> first{};
+                for (int a = 0; a < D; ++a) {
+                    const int node = block_size * grid.block_along(b, a);
+                    for (int k = 0; k < block_size; ++k) {
+                        const S at = S(node + k), reach = S(0.5 * Kernel::support);
+                        const bool whole = upper[a] - at >= reach && at - lower[a] >= reach;
+                        along[a][k] = whole ? S(1) : room_along<Kernel>(at, lower[a], upper[a]);
+                    }
+                    first[a] = P(S(position_of_place(grid.domain(), grid.block(b), a, 0)));
+                    low[a] = node, high[a] = node + block_size - 1;
+                }
+                bool near = false;
+                if constexpr (solid) near = solids.are_near(low, high);
+                S* const nodes = grid.nodes(b);
+                for (int from = 0; from < block_nodes<D>; from += lanes) {
+                    S of_box[lanes], index[D][lanes];
+                    for (int l = 0; l < lanes; ++l) {
+                        const int node = from + quad_of_lane<P>(l);
+                        of_box[l] = S(1);
+                        for (int a = 0; a < D; ++a) {
+                            const int k = place_in_block<D>(node, a);
+                            of_box[l] *= along[a][k];
+                            index[a][l] = S(k);
+                        }
+                    }
+                    P free = P::load(of_box), r[4];
+                    if constexpr (solid)
+                        if (near) {
+                            Vec<P, D> x;
+                            unroll<D>([&](auto a) FIRN_LAMBDA {
+                                x.v[a] = first.v[a] + P::load(index[a]) * P(S(grid.domain().cell_size));
+                            });
+                            solids.around_metres(x, [&](const P& distance, const Vec<P, D>&)
+                                                        FIRN_LAMBDA { free = free * room_outside<Kernel>(distance); });
+                        }
+                    load_quads(nodes + from * node_width, r);
+                    r[0] = excess_volume(r[node_mass] * P(per_volume), free);
+                    r[1] = free;
+                    r[2] = P(S(0));
+                    store_quads(r, nodes + from * node_width);
+                }
+            },
+            16);
+    };
+    if constexpr (solid)
+        find_in(SolidsOfGrid<Kernel, Boundary, S, D>(boundary, grid.domain()));
+    else
+        find_in(nullptr);
+}
+
+/// Moves the particles of a set off overfull nodes. Returns whether one of them may now be too far from its block.
+template <class Kernel, class View, class Boundary, std::floating_point S, int D>
+bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room,
+               const Boundary& boundary, S share, int threads) {
+    using P = native_pack<S>;
+    constexpr int lanes = scalar_traits<P>::lanes;
+    constexpr bool solid = may_have_solids<Boundary, S, D>;
+    const Positions<View> positions(grid.domain());
+    const Vec<P, D> lower = cast<P>(room.lower()), upper = cast<P>(room.upper());
+    std::vector<std::uint8_t> strays(set.partition.groups.size());
+    const auto shift = [&](const auto& solids) {
+        parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+            const BlockGroup& group = set.partition.groups[g];
+            const GroupPlaces<View> places(set.view, set.partition, group, positions);
+            NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
+            PackPlaces<Kernel, true, S, D> pack;
+            PackSums<Kernel, false, true, S, D> gathered;
+            bool near = false;
+            if constexpr (solid) {
+                Vec<double, D> low{}, high{};
+                for (int a = 0; a < D; ++a) {
+                    const int block = set.partition.block_along(group.first_range, a);
+                    low[a] = block_size * (group.sparse ? block & ~1 : block) - allowed_drift;
+                    high[a] = low[a] + block_size * (group.sparse ? cube_blocks : 1) + 2 * allowed_drift + 1;
+                }
+                near = solids.are_near(low, high);
+            }
+            mask_t<P> stray = P(1) < P(0);
+            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+                nodes.locate(pack, places, slot);
+                nodes.template gather<0>(pack, gathered);
+                for (std::size_t at = slot; at < slot + pack_size; at += lanes) {
+                    const auto of = gathered.lanes(int(at - slot));
+                    ShiftSums<P, D> sums{of.velocity.v[0], of.velocity.v[1], {}, {}};
+                    unroll<D>([&](auto a) FIRN_LAMBDA {
+                        sums.excess_gradient.v[a] = of.gradient(0, a);
+                        sums.room_gradient.v[a] = of.gradient(1, a);
+                    });
+                    const auto crowded = sums.excess > P(S(0));
+                    if (!any(crowded)) continue;
+                    const Slots slots = places.slots(at);
+                    const Vec<P, D> block = places.blocks().template lower<P>(at),
+                                    place = places.template position<P>(at), x = block + place;
+                    Vec<P, D> way = kept_in_box(shift_of(sums, P(share)), x, lower, upper);
+                    if constexpr (solid)
+                        if (near) way = kept_out_of(solids, x, way);
+                    const Vec<P, D> before = load_vector<P, D>(set.view.position, slots);
+                    const Vec<P, D> after =
+                        moved_by(way, P(positions.cell()), before, positions.lowest(block), positions.highest(block))
+                            .position;
+                    const auto real = set.view.mass.template load_or_zero<P>(slots, 0) > P(S(0));
+                    const Vec<P, D> position = select(real & crowded, after, before);
+                    unroll<D>([&](auto a) FIRN_LAMBDA { set.view.position.store(slots, a, position.v[a]); });
+                    stray = stray | (real & firn::strays<Kernel>(positions.in_block(position, block)));
+                }
+            }
+            strays[g] = any(stray);
+        });
+    };
+    if constexpr (solid)
+        shift(SolidsOfGrid<Kernel, Boundary, S, D>(boundary, grid.domain()));
+    else
+        shift(nullptr);
+    return std::find(strays.begin(), strays.end(), 1) != strays.end();
+}
+
+}  // namespace detail
+
+/// Reads the particles of a set for the scatter of their present volumes.
+template <class View>
+class ParticleReader<detail::VolumeView<View>> {
+public:
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
+
+    /// Makes a reader of the particles of `view`, which must exist as long as the reader.
+    ParticleReader(const detail::VolumeView<View>& view, const Domain<D>&, double) : view_(view) {}
+    /// Returns the records of one register of particles: nodes receive N V0 J as their mass.
+    template <class Kernel, class Transfer, class Force, class P>
+    FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>&) const {
+        return volume_record<D>(P(S(0)), view_.volume.template load_or_zero<P>(slots, 0));
+    }
+    /// Prefetches into the cache all values that record() reads, for the pack that begins at `slot`.
+    template <class Transfer>
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        view_.position.template prefetch<D>(slot);
+        view_.volume.template prefetch<1>(slot);
+    }
+
+private:
+    const detail::VolumeView<View>& view_;
+};
+
+/// Moves particles off overfull nodes, those of the sets whose state contains a volume ratio J. Velocities, affine
+/// fields and states stay. The numbers of the nodes are overwritten: call this function before p2g().
+/// \param memory     memory; pass the same object in every step
+/// \param boundary   its walls and solids leave less room for matter, and no particle is moved into them
+/// \param share      s, from 0 to 1. \see shift_of
+/// \param copies     copies(grid, threads) adds up the sums of contact groups. \see sum_copies
+/// \param materials  the materials of the sets
+/// \param sets       all sets on the grid, in the order of p2g()
+/// \return for each set, whether a particle may now be too far from its block: sort the set before p2g()
+/// \throws overflow_error  if fixed-point sums could overflow
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class Copies, class... Materials,
+          class... Views>
+std::array<bool, sizeof...(Views)> shift_particles(const Execution& execution, SparseGrid<S, D>& grid,
+                                                   FilterMemory<S>& memory, const Boundary& boundary, S share,
+                                                   const Copies& copies,
+                                                   [[maybe_unused]] const std::tuple<const Materials&...>& materials,
+                                                   const ParticleSet<Views>&... sets) {
+    using P = native_pack<S>;
+    const int threads = thread_count(requested_threads(execution));
+    memory.present.resize(sizeof...(Views));
+    std::array<bool, sizeof...(Views)> strays{};
+    parallel_region(threads, [&] {
+        std::size_t number = 0;
+        const auto with_volumes = [&]<class Material, class View>(std::type_identity<Material>,
+                                                                  const ParticleSet<View>& set) {
+            using State = material_state_t<with_scalar_t<Material, P>, D>;
+            const auto volumes =
+                detail::numbers_like(set.view, memory.present[number++], set.partition.slots(), threads);
+            detail::for_registers(set, threads, [&](const Slots& slots) {
+                P volume = set.view.volume.template load_or_zero<P>(slots, 0);
+                if constexpr (has_volume<State>)
+                    volume = present_volume(load_state<State>(set.view.state, slots), volume);
+                const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
+                volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
+            });
+            return ParticleSet<detail::VolumeView<View>>{{set.view.position, volumes}, set.partition};
+        };
+        const std::tuple<ParticleSet<detail::VolumeView<Views>>...> all{
+            with_volumes(std::type_identity<Materials>{}, sets)...};
+        std::swap(grid.last_scale, memory.scale_of_present);
+        std::apply(
+            [&](const auto&... each) {
+                p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0, each...);
+            },
+            all);
+        std::swap(grid.last_scale, memory.scale_of_present);
+        copies(grid, threads);
+        const detail::RoomOfDomain<S, D> room(boundary, grid.domain());
+        detail::find_excess<Kernel>(grid, room, boundary, threads);
+        number = 0;
+        const auto shift = [&]<class Material, class View>(std::type_identity<Material>, const ParticleSet<View>& set) {
+            if constexpr (has_volume_ratio<material_state_t<with_scalar_t<Material, P>, D>>)
+                strays[number] = detail::shift_set<Kernel>(set, grid, room, boundary, share, threads);
+            ++number;
+        };
+        (shift(std::type_identity<Materials>{}, sets), ...);
+    });
+    return strays;
+}
+
+/// Lets a policy that filters volume ratios act on all sets: filter_volumes(), then shift_particles().
+/// \param crossed  dt c/h: the way of sound in this step [cells]
+/// \param owners   a tuple of objects with a member `material`, one for each set
+/// \return for each set, whether a particle may now be too far from its block: sort the set before p2g()
+/// \throws overflow_error  if fixed-point sums could overflow
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class Volume, class Copies,
+          class... Owners, class... Views>
+std::array<bool, sizeof...(Views)> act_on_volumes(const Execution& execution, SparseGrid<S, D>& grid,
+                                                  FilterMemory<S>& memory, const Mirrors& mirrors,
+                                                  const Boundary& boundary, const Volume& volume, S crossed,
+                                                  const Copies& copies, const std::tuple<Owners...>& owners,
+                                                  const ParticleSet<Views>&... sets) {
+    const auto materials = std::apply([](const auto&... owner) { return std::tie(owner.material...); }, owners);
+    if (const S share = volume.share(crossed); share > 0)
+        unroll<int(sizeof...(Views))>([&](auto k) {
+            filter_volumes<Kernel>(execution, grid, memory, mirrors, share, std::get<k>(materials), k, sets...);
+        });
+    if constexpr (shifts_particles<Volume> && (has_volume_ratio<typename Views::state_type> || ...))
+        if (const S share = volume.shifted_share(crossed); share > 0)
+            return shift_particles<Kernel>(execution, grid, memory, boundary, share, copies, materials, sets...);
+    return {};
+}
+
+}  // namespace firn
