@@ -26,6 +26,7 @@
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <limits>
 #include <type_traits>
 
 namespace firn {
@@ -243,6 +244,34 @@ FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, cons
     state.F = state.F + (velocity_gradient * state.F) * dt;
     return state;
 }
+namespace detail {
+/// What rounding adds to a strain [1], up to a small factor. A return mapping acts on what is beyond it. A particle on
+/// the yield surface then rests there: if the excess of a last digit of F were returned in every step, what the state
+/// gathers, such as a plastic strain, would grow without bound while nothing moves.
+template <class S>
+inline constexpr double strain_rounding = 4 * double(std::numeric_limits<value_type_t<S>>::epsilon());
+
+/// Returns the mask of where two matrices, or two states, differ.
+/// @{
+template <scalar S>
+FIRN_INLINE mask_t<S> differ(const S& a, const S& b) {
+    return !(a == b);
+}
+template <scalar S, int D>
+FIRN_INLINE mask_t<S> differ(const Mat<S, D>& a, const Mat<S, D>& b) {
+    mask_t<S> found = differ(a.m[0], b.m[0]);
+    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { found = found | differ(a.m[k + 1], b.m[k + 1]); });
+    return found;
+}
+template <class State>
+    requires requires { State::fields(); }
+FIRN_INLINE auto differ(const State& a, const State& b) {
+    constexpr auto fields = State::fields();
+    return std::apply([&](const auto&... f) FIRN_LAMBDA { return (differ(f.of(a), f.of(b)) | ...); }, fields);
+}
+/// @}
+}  // namespace detail
+
 /// Returns the state after the model's return mapping: model.returned(trial), or the trial state itself if the model
 /// has no return mapping.
 template <class M, class State>
