@@ -273,14 +273,19 @@ public:
 
     /// Returns a warning if the fixed time step [s] is above the bound [s], and their ratio has grown by at least a
     /// fifth since the last warning; otherwise an empty string.
+    /// \param by_acceleration  whether an acceleration sets the bound
     template <class Warn>
-    std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
+    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, const Warn& warn) {
         const double ratio = fixed / bound;
         if (ratio < 1.2 * said_ratio_ || std::isinf(said_ratio_)) return {};
         said_ratio_ = ratio;
         if (!warn) return {};
+        const char* const outcome =
+            by_acceleration ? ", which is set by gravity or another acceleration; matter falls too far in a step, and "
+                              "may pass what it should meet."
+                            : "; the simulation may become unstable.";
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
-                        step, "; the simulation may become unstable.");
+                        step, outcome);
     }
     /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
     /// string. Checks only every 32nd step.
