@@ -22,6 +22,10 @@ namespace firn {
 template <class Kernel>
 inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
 
+/// The factor f for which f √(h/a) is the largest time step with an acceleration a [m/s²]; in this step, a moves matter
+/// at rest by a dt² = f² h, a sixteenth of the cell size h.
+inline constexpr double acceleration_safety = 0.25;
+
 /// Returns the signal speed of a particle [m/s]: |v| + c, with the velocity v and the wave speed c. If the material has
 /// a diffusivity d [m²/s], 2 d/h is added, with the cell size h. Returns 0 for a particle without mass.
 ///
@@ -64,15 +68,14 @@ double stable_time_step(double cell_size, double largest_signal_speed) {
     return stable_time_step<Kernel, double>(cell_size, largest_signal_speed);
 }
 
-/// Returns the largest time step [s] for an acceleration a: ¼ √(h/a), with the cell size h. In this step, a moves
-/// matter at rest by a dt² = h/16.
+/// Returns the largest time step [s] for an acceleration a [m/s²]: ¼ √(h/a), with the cell size h [m].
 ///
 /// Matter that is slow and soft has a signal speed near 0, which allows a step in which it would fall many cells. After
 /// a time t of free fall in such steps, matter is at most a t dt/2 = t √(a h)/8 too low, as symplectic Euler gives it
 /// the velocity of the end of each step.
 template <scalar S>
 S acceleration_time_step(const S& cell_size, const S& acceleration) {
-    return S(0.25) * sqrt(cell_size / acceleration);
+    return S(acceleration_safety) * sqrt(cell_size / acceleration);
 }
 
 /// Returns the bound of the time step [s] (the largest step) from signal speeds and accelerations; infinite if both are

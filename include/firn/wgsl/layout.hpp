@@ -83,6 +83,7 @@ struct Program {
         volume{};                          ///< name of the volumetric policy; empty if it is OwnVolume
     int workgroup_size;                    ///< number of invocations per workgroup in most entry points
     double time_step_safety;               ///< firn::time_step_safety of the kernel
+    double acceleration_safety;            ///< firn::acceleration_safety
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
@@ -232,7 +233,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", facts.filters_volume ? 20 : 16);
+    add("status", "u32", status, "program", 20);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
@@ -299,7 +300,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     };
     const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
     const int size = facts.workgroup_size;
-    Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
+    Bindings first{{motion, true},     {stress, true}, {state, true},
+                   {constants, false}, {status, true}, {coordinates, false}};
     if (facts.rate_dependent) first.emplace_back(affine, true);
     add("initialise", "particle", size, first);
     const bool sums_rates = facts.averages_volume || facts.filters_volume;
