@@ -156,8 +156,8 @@ public:
     /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
     ///   the boundary;
-    /// - the walls do not coincide with the faces of the domain;
-    /// - matter has reached a face of the domain that has no wall.
+    /// - the walls do not coincide with the faces of the domain, or matter has reached a face that has no wall;
+    /// - matter under tension is stretched farther than the kernel joins its particles.
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Stepper<D>::warn;
@@ -347,12 +347,12 @@ private:
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         if (fixed_time_step == 0 && !std::isfinite(bound)) detail::throw_at_rest();
-        if (fixed_time_step > bound)
-            warning = warnings_.of_step(fixed_time_step, bound, bound_.is_of_acceleration(domain().cell_size),
-                                        now_.steps, warn);
+        const bool accelerated = bound_.is_of_acceleration(domain().cell_size);
+        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, accelerated, now_.steps, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return bound_.reason(step_inputs()); });
-        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, now_.steps, ranks());
+        if (warn && warning.empty())
+            warning = warnings_.of_matter<Kernel>(sets_, domain(), boundary, now_.steps, workers(), ranks());
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 

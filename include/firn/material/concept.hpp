@@ -18,6 +18,10 @@
 ///                                            updating F and calling returned()
 ///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
+///     stretch_bound(state)                   an upper bound of how many times as long as at first a particle is [1];
+///     of
+///                                            a plastic model that bears tension however far it is stretched. With it,
+///                                            a simulation warns before such matter breaks for want of particles
 ///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
 ///     check()                                throws parameter_error if a parameter is out of range; called before the
 ///                                            first step. Of a model without it, NaN parameters are refused
@@ -166,6 +170,13 @@ template <class M, int D>
 concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
+    };
+/// Whether M has a function `stretch_bound(state)`. The function returns an upper bound of the stretch of a particle
+/// since it was made [1].
+template <class M, int D>
+concept has_stretch_bound =
+    requires(const M m, const material_state_t<M, D> state) {
+        { m.stretch_bound(state) } -> std::same_as<material_scalar_t<M>>;
     };
 /// Whether M has a function `updated(state, velocity_gradient, dt)`. The function returns the state after a time step
 /// dt [s] with this velocity gradient [1/s]. firn calls updated() instead of updating F and calling returned().

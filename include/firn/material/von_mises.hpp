@@ -91,6 +91,13 @@ struct VonMises {
         return elastic().wave_speed(density, solid.F);
     }
 
+    /// An upper bound of the stretch of a particle since it was made [1]: its elastic stretch times e^α. A plastic
+    /// strain that keeps the volume stretches no direction by more than e^α.
+    template <int D>
+    FIRN_INLINE S stretch_bound(const state<D>& solid) const {
+        return sqrt(squared_stretch_bound(solid.F)) * exp(solid.plastic_strain);
+    }
+
     /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in this state. Let ε be the
     /// logarithmic strain and α the plastic strain of the trial state, and f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α), where σ_Y
     /// is the `yield_stress` and H the `hardening`. Where f > 0, the strains ε′ and α′ of the new state are

@@ -10,6 +10,7 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/simulation/fracture.hpp>
 #include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
@@ -287,14 +288,22 @@ public:
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
                         step, outcome);
     }
-    /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
-    /// string. Checks only every 32nd step.
-    template <class Sets, int D, class Boundary, class Ranks>
-    std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step,
-                           const Ranks& ranks) {
-        if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
-        std::string text = ranks.text_of_first(matter_at_the_end(sets, domain));
-        end_said_ = !text.empty();
+    /// Returns a warning if matter has reached a face of the domain, and not all faces have walls, or if matter that
+    /// bears tension is stretched farther than the kernel joins its particles; otherwise an empty string. Checks only
+    /// every 32nd step.
+    template <class Kernel, class Sets, int D, class Boundary, class Ranks>
+    std::string of_matter(Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step,
+                          int threads, const Ranks& ranks) {
+        std::string text;
+        if (step % 32 != 0) return text;
+        if (!end_said_ && !has_all_walls(boundary, domain)) {
+            text = ranks.text_of_first(matter_at_the_end(sets, domain));
+            end_said_ = !text.empty();
+        }
+        if (text.empty() && !stretch_said_) {
+            text = ranks.text_of_first(too_far_stretched_of<Kernel>(sets, domain, threads));
+            stretch_said_ = !text.empty();
+        }
         return text;
     }
     /// Gives a warning if the samples of a new body are further apart than the cell size.
@@ -337,7 +346,8 @@ private:
     }
 
     double largest_ = 0, said_ratio_ = 1 / 1.2;
-    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false;
+    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
+         stretch_said_ = false;
 };
 
 }  // namespace firn::detail
