@@ -166,15 +166,16 @@ struct Sand {
         const S opening = sqrt(squared_norm(elastic_strain));
         const auto at_tip = S(0) < volumetric;
         const auto opens = at_tip & (S(2 * detail::strain_rounding<S>) < opening);
+        const auto on_cone = !at_tip;
         const auto slips = S(0) < slip;
         const S lost = select(slips, slip, S(0)) / select(S(0) < shear, shear, S(1));
         const Mat<S, D> change = select(at_tip, elastic_strain * S(-1), Mat<S, D>::diagonal(gain) - deviator * lost);
-        const auto returns = opens | (!at_tip & (slips | !(trial.volume_gain == S(0))));
+        const auto returns = opens | (on_cone & (slips | !(trial.volume_gain == S(0))));
 
         state<D> sand = trial;
         if (any(returns)) sand.F = select(returns, strained_by(trial.F, change), trial.F);
         sand.volume_gain = select(at_tip, select(opens, volumetric, trial.volume_gain), S(0));
-        const auto flows = opens | (!at_tip & slips & detail::differ(sand.F, trial.F));
+        const auto flows = opens | (on_cone & slips & detail::differ(sand.F, trial.F));
         sand.plastic_strain = trial.plastic_strain + select(flows, select(at_tip, opening, slip), S(0));
         return {sand, elastic().stress_of_strain(elastic_strain + change)};
     }
