@@ -155,6 +155,20 @@ TEST_CASE("damping does not count as an acceleration, and a field that is not fi
         CHECK(simulation.last_time_step() == of_waves);
         CHECK(simulation.largest_acceleration() == 0);
     }
+    // Nor does a drive that gives matter a velocity, once it has it.
+    const auto drive = [](const auto& x, const auto& v, const auto& dt) {
+        auto wanted = x * 0.0F;
+        wanted.v[0] = wanted.v[0] + 0.5F;
+        return (wanted - v) * (decltype(v.v[0] + v.v[0])(1) / dt);
+    };
+    Simulation driven(tall_box<2>(), FixedCorotated<float>::from_young_poisson(1e4, 0.3));
+    driven.add(block<2>(), 1000, {0.5, 0});
+    for (int i = 0; i < 3; ++i) {
+        const double of_waves = stable_time_step<QuadraticBSpline>(h, driven.report().signal_speed);
+        driven.step(drive);
+        CHECK(driven.last_time_step() == of_waves);
+        CHECK(driven.largest_acceleration() < 0.1);  // rounding of 0.5 m/s, over the step
+    }
     Simulation wrong(tall_box<2>(), NoStress<float>{});
     wrong.warn = {};
     wrong.add(block<2>(), 1000, {0.5, 0});

@@ -82,8 +82,9 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
         else
             v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions});
         if constexpr (!is_uniform<Acceleration>) {
-            const Vec<P, D> a = acceleration_at(at_nodes, x, Vec<P, D>::zero(), P(dt));
-            largest = max(largest, select(r[node_mass] > P(0), dot(a, a), P(0)));
+            const auto filled = r[node_mass] > P(0);
+            const Vec<P, D> before = momentum * (P(1) / select(filled, r[node_mass], P(1)));
+            largest = max(largest, select(filled, squared_acceleration(at_nodes, x, before, P(dt)), P(0)));
         }
         unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
         store_quads(r, nodes + from * node_width);
@@ -174,8 +175,8 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
 ///                      field(position, velocity, dt) that takes and returns Vec<P, D> for any scalar type P; or an
 ///                      acceleration field from the folder field/, with scalar type S
 /// \param boundary      a boundary policy with scalar type S
-/// \return  the largest acceleration [m/s²] that a field gives to matter at rest at a node; 0 if the acceleration is a
-///          vector, whose size is known. It limits the next time step. \see acceleration_time_step
+/// \return  the largest acceleration of a field at a node [m/s²], which limits the next time step; 0 if the
+///          acceleration is a vector, whose size is known. \see squared_acceleration, acceleration_time_step
 /// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of a policy is out of range
 /// \throws usage_error      if the boundary has mirrored walls
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
@@ -208,8 +209,8 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
 /// act.
 /// \param mirrors    mirrors_of<Kernel>(boundary, grid.domain())
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted
-/// \return  the largest acceleration [m/s²] that a field gives to matter at rest at a node; 0 if the acceleration is a
-///          vector, whose size is known. It limits the next time step. \see acceleration_time_step
+/// \return  the largest acceleration of a field at a node [m/s²], which limits the next time step; 0 if the
+///          acceleration is a vector, whose size is known. \see squared_acceleration, acceleration_time_step
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                    const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {

@@ -12,8 +12,8 @@
 
 namespace firn::detail {
 
-/// Returns the largest acceleration [m/s²] that a field gives to matter at rest at the positions of the particles, as
-/// far as it is finite. For the first step: later, the grid update tells the largest at the nodes.
+/// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
+/// later, the grid update tells the largest at the nodes. \see squared_acceleration
 /// \param sets  a tuple of MaterialSet
 template <class Sets, class Acceleration>
 [[gnu::cold]] double acceleration_at_particles(const Sets& sets, const Acceleration& acceleration, int threads) {
@@ -27,18 +27,18 @@ template <class Sets, class Acceleration>
         std::vector<double> largest(std::size_t(threads), 0.0);
         const auto see = [&](std::size_t pack, int thread) {
             for (std::size_t first = pack * pack_size; first < (pack + 1) * pack_size; first += lanes) {
-                S x[D][lanes] = {}, matter[lanes] = {};
+                S x[D][lanes] = {}, v[D][lanes] = {}, matter[lanes] = {};
                 for (int lane = 0; lane < lanes; ++lane) {
                     const std::size_t slot = first + std::size_t(lane);
                     if (!particles.is_particle(slot)) continue;
-                    const Vec<S, D> position = particles.position(slot);
-                    for (int a = 0; a < D; ++a) x[a][lane] = position[a];
+                    const Vec<S, D> position = particles.position(slot), velocity = particles.velocity(slot);
+                    for (int a = 0; a < D; ++a) x[a][lane] = position[a], v[a][lane] = velocity[a];
                     matter[lane] = 1;
                 }
-                Vec<P, D> at;
-                unroll<D>([&](auto a) FIRN_LAMBDA { at.v[a] = P::load(x[a]); });
-                const Vec<P, D> a = acceleration_at(field, at, Vec<P, D>::zero(), P(0));
-                const double most = double(reduce_max(select(P(0) < P::load(matter), dot(a, a), P(0))));
+                Vec<P, D> at, moving;
+                unroll<D>([&](auto a) FIRN_LAMBDA { at.v[a] = P::load(x[a]), moving.v[a] = P::load(v[a]); });
+                const P all = squared_acceleration(field, at, moving, P(0));
+                const double most = double(reduce_max(select(P(0) < P::load(matter), all, P(0))));
                 if (std::isfinite(most)) largest[std::size_t(thread)] = std::max(largest[std::size_t(thread)], most);
             }
         };

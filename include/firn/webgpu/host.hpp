@@ -41,7 +41,7 @@ struct Status {
     float most_particles;  ///< largest number of particles with the same base node (first node that they touch)
     float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
     float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
-    float largest_acceleration;  ///< largest acceleration that the field gives to matter at rest at a node [m/s²]
+    float largest_acceleration;  ///< largest acceleration of the field at a node that limits the time step [m/s²]
 };
 
 namespace detail {

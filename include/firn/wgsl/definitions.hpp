@@ -176,7 +176,7 @@ void add_time_step(Module& module) {
 }
 
 /// Adds the functions of the grid update to the module: velocity_of_node, which returns a node's new velocity, and
-/// acceleration_at_rest, which returns the size of the field's acceleration of matter at rest. \see
+/// acceleration_of, which returns the size of the field's acceleration that limits the time step. \see
 /// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
@@ -188,11 +188,11 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
             return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
                                  on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size()));
         });
-    module.function<V>("acceleration_at_rest", std::string(Field::name) + ": its size, for matter at rest [m/s^2]",
-                       {"position"}, [&](const V& position) {
-                           return norm(acceleration_at(detail::with_uniforms(field, "field"), position, V::zero(),
-                                                       detail::time_step()));
-                       });
+    module.function<V, V>("acceleration_of", std::string(Field::name) + ": what limits the time step [m/s^2]",
+                          {"position", "velocity"}, [&](const V& position, const V& velocity) {
+                              return sqrt(squared_acceleration(detail::with_uniforms(field, "field"), position,
+                                                               velocity, detail::time_step()));
+                          });
 }
 
 /// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the

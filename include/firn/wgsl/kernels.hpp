@@ -85,8 +85,8 @@ fn read_time_step() {
 
 /// WGSL text of a function that keeps the largest acceleration of the field, which limits the next time step.
 inline constexpr const char* acceleration = R"(
-fn see_acceleration(position: ${VEC}) {
-    let size = bitcast<u32>(acceleration_at_rest(position));
+fn see_acceleration(position: ${VEC}, velocity: ${VEC}) {
+    let size = bitcast<u32>(acceleration_of(position, velocity));
     if (size > atomicLoad(&status[19])) { atomicMax(&status[19], size); } // few do, of many
 }
 )";
@@ -309,7 +309,7 @@ fn grid_update(${INVOCATION}) {
     let at = ${NODE_AT};
     let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
-    see_acceleration(position);
+    see_acceleration(position, momentum * (1.0f / mass));
     nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
 }
 )";
@@ -428,7 +428,7 @@ fn initialise(${INVOCATION}) {
         let state = load_state(i);
         let base = base_node_of(load_place(i));
         let at = vec${D}<u32>(nodes_from(base + load_corner(i)));
-        see_acceleration(${VEC}(${COORDINATES}) + params.cell_size * (load_place(i) - base));
+        see_acceleration(${VEC}(${COORDINATES}) + params.cell_size * (load_place(i) - base), load_velocity(i));
         store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }

@@ -93,8 +93,8 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
 ///     status       for each status word its index in the buffer "status". The words error and particle are of type
 ///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
-///                  of all steps since the host set it to 0 [s]; largest_acceleration is the largest that the field
-///                  gives to matter at rest at the nodes of the last step [m/s²]. Only if there is an entry `volume`,
+///                  of all steps since the host set it to 0 [s]; largest_acceleration is that of the field
+///                  at the nodes of the last step [m/s²]. Only if there is an entry `volume`,
 ///                  the name of a volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0
 ///                  and the rate of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
