@@ -52,6 +52,7 @@ struct MostStretched {
     static constexpr std::size_t most = 64;
     std::vector<Stretched> all{};  ///< in descending order
 
+    double least() const { return all.size() < most ? 1 : all.back().ratio; }  ///< smaller ratios are not kept
     void add(const Stretched& one) {
         if (all.size() == most && !(one < all.back())) return;
         all.insert(std::lower_bound(all.begin(), all.end(), one), one);
@@ -94,7 +95,8 @@ std::vector<Stretched> most_stretched(Set& set, double cell_size, int threads) {
             const Slots slots{slot, nullptr};
             const P stretch = stretch_of(lifted, load_state<LiftedState>(view.state, slots));
             const P volume = view.volume.template load<P>(slots, 0);
-            const auto beyond = P(S(joined.of(double(reduce_max(volume))))) < stretch;
+            // What is below the least of those that are kept, with a margin for rounding, is not looked at further.
+            const auto beyond = P(S(0.99999 * most.least() * joined.of(double(reduce_max(volume))))) < stretch;
             if (!any(beyond)) continue;
             const P pull = trace(load_symmetric<P, D>(view.stress, slots));
             if (!any(beyond & (P(0) < pull))) continue;
@@ -134,27 +136,23 @@ public:
     /// Whether the particle is pulled along the direction of its largest stretch, more than in others.
     bool is_pulled() const { return pull_ > 0.3; }
 
-    /// Looks for the neighbours in the blocks around the particle.
+    /// Looks for the neighbours, in the block of the particle and then in the blocks around it. Returns false as soon
+    /// as one is found that is nearer than `near` cells.
     template <class Partition>
-    void find(const ParticleStore<S, D>& particles, const Partition& partition, const Domain<D>& domain) {
-        for (const BlockRange<D>& range : partition.ranges) {
-            bool near = true;
-            for (int a = 0; a < D; ++a) {
-                const double middle = block_size * (range.block[std::size_t(a)] + 0.5);
-                near = near && std::abs(along_axis(middle - at_[a], a, domain)) < farthest + block_size / 2 + 2;
+    bool are_apart(const ParticleStore<S, D>& particles, const Partition& partition, const Domain<D>& domain,
+                   double near) {
+        for (const bool around : {false, true})
+            for (const BlockRange<D>& range : partition.ranges) {
+                double away = 0;  // along the axis on which the block is farthest
+                for (int a = 0; a < D; ++a) {
+                    const double middle = block_size * (range.block[std::size_t(a)] + 0.5);
+                    away = std::max(away, std::abs(along_axis(middle - at_[a], a, domain)));
+                }
+                const bool here = away <= block_size / 2;
+                if (here == around || away > farthest + block_size / 2 + allowed_drift) continue;
+                if (!is_apart_from(particles, range, domain, near)) return false;
             }
-            if (!near) continue;
-            for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-                if (!particles.is_particle(slot)) continue;
-                Vec<double, D> r = cells(particles, slot) - at_;
-                for (int a = 0; a < D; ++a) r[a] = along_axis(r[a], a, domain);
-                const double along = dot(r, direction_), across = dot(r, r) - along * along;
-                // Particles beside this one are no neighbours along the tension.
-                if (!(across < 0.5625 * spacing_ * spacing_) || std::abs(along) < 0.25 * spacing_) continue;
-                double& nearest = nearest_[along > 0];
-                nearest = std::min(nearest, std::abs(along));
-            }
-        }
+        return true;
     }
     /// Returns the mean distance of the two neighbours, or that of the one if the other is missing, as beside a wall or
     /// a surface [cells]; 0 if both are.
@@ -169,6 +167,22 @@ public:
 
 private:
     static constexpr double farthest = 3;  // particles further apart share no nodes [cells]
+
+    bool is_apart_from(const ParticleStore<S, D>& particles, const BlockRange<D>& range, const Domain<D>& domain,
+                       double near) {
+        for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            Vec<double, D> r = cells(particles, slot) - at_;
+            for (int a = 0; a < D; ++a) r[a] = along_axis(r[a], a, domain);
+            const double along = dot(r, direction_), across = dot(r, r) - along * along;
+            // Particles beside this one are no neighbours along the tension.
+            if (!(across < 0.5625 * spacing_ * spacing_) || std::abs(along) < 0.25 * spacing_) continue;
+            double& nearest = nearest_[along > 0];
+            nearest = std::min(nearest, std::abs(along));
+            if (nearest < near) return false;
+        }
+        return true;
+    }
 
     /// Returns a position counted in cells. Copies of blocks for contact groups are far apart.
     static Vec<double, D> cells(const ParticleStore<S, D>& particles, std::size_t slot) {
@@ -188,21 +202,28 @@ private:
 
 /// Returns a sentence about the first particle of a set that is stretched too far; an empty string if there is none.
 ///
-/// F of an elastic material is the whole stretch: neighbours need only not be nearer than that. Of another material,
-/// stretch_bound() is a bound that also grows while matter is kneaded: there the distance of the neighbours decides.
+/// F of an elastic material is the whole stretch. But at a surface that leaves another one in the same field of
+/// velocities, F of a few particles grows while those inside stay where they are: so no neighbour may be near, and
+/// several particles must be stretched. Of another material, stretch_bound() is a bound that also grows while matter is
+/// kneaded: there the distance of the neighbours decides.
 template <class Kernel, class Set, int D>
 [[gnu::cold]] std::string too_far_stretched(Set& set, const Domain<D>& domain, int threads) {
     using M = decltype(Set::material);
     const double h = domain.cell_size;
+    constexpr int needed = 3;  // a single particle may be torn from a surface
     JoinedStretch<Kernel, D> joined(h);
+    std::string text;
+    int found = 0;
     for (const Stretched& one : most_stretched<Kernel>(set, h, threads)) {
         Neighbours<typename Set::S, D> neighbours(set.particles, one.slot, set.particles.state(one.slot).F, h);
         const double limit = joined.of(double(set.particles.volume(one.slot))), spacing = neighbours.spacing();
         if (!neighbours.is_pulled() || (is_elastic<M, D> && !(neighbours.stretch() > limit))) continue;
-        neighbours.find(set.particles, set.partition, domain);
+        if (!neighbours.are_apart(set.particles, set.partition, domain, 0.75 * limit * spacing)) continue;
         const double far = neighbours.distance() / spacing;
-        if (!(far > (is_elastic<M, D> ? 0.65 : 1) * limit)) continue;
-        return sentence("at particle ", one.id, " at ", point_text(set.particles.exact_position(one.slot).v, D),
+        if (!(far > (is_elastic<M, D> ? 0 : limit))) continue;
+        if (++found == needed) return text;
+        if (!text.empty()) continue;
+        text = sentence("at particle ", one.id, " at ", point_text(set.particles.exact_position(one.slot).v, D),
                         " m, matter under tension is stretched ", is_elastic<M, D> ? neighbours.stretch() : far,
                         " times along ", point_text(neighbours.direction().v, D), ": particles that lay ", spacing,
                         " cells apart are joined up to ", limit,
