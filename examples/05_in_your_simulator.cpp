@@ -128,7 +128,7 @@ int your_simulator(int argc, char** argv) {
     example::Progress progress(options.schedule.steps, std::int64_t(all.size()));
     double time = 0;
     for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
-        const double dt = firn::stable_time_step<Kernel>(domain.cell_size, report.signal_speed);
+        const double dt = firn::stable_time_step<Kernel>(domain.cell_size, report.signal_speed, norm(gravity));
         if (report.sort_needed) {  // finds a new order; the particles do not move
             partition = firn::partition_particles<Kernel>(view, all.size(), domain, options.threads);
             grid.activate(partition);

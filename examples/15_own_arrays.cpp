@@ -33,13 +33,14 @@ int main() {
     };
     sort();
     const firn::Coloured how{};
+    const firn::Vec<double, 3> gravity{0, -9.81, 0};
     auto report = firn::update_stress(how, particles, order, jelly, box.cell_size);
     firn::parallel_region(how.threads, [&] {  // one region for all steps is faster than one per stage
         for (double time = 0, dt; time < 0.3; time += dt) {
-            dt = firn::stable_time_step<Kernel>(box.cell_size, report.signal_speed);
+            dt = firn::stable_time_step<Kernel>(box.cell_size, report.signal_speed, norm(gravity));
             if (report.sort_needed) sort();
             firn::p2g<Kernel, firn::Apic, firn::MlsForce>(how, particles, order, grid, dt);
-            firn::grid_update(how, grid, dt, firn::Vec<double, 3>{0, -9.81, 0}, walls);
+            firn::grid_update(how, grid, dt, gravity, walls);
             report = firn::g2p<Kernel, firn::Apic, firn::MlsForce>(how, particles, order, grid, jelly, dt);
         }
     });

@@ -100,7 +100,8 @@ int main() {
     //! ## Use it
     //!
     //! Your material works like firn's own materials: in a simulation, among several materials, with parameters per
-    //! particle, and in states.
+    //! particle, and in states. If it is plastic and bears tension however far it is stretched, give it a function
+    //! `stretch_bound(state)`, as firn::VonMises has: firn then warns before it breaks for want of particles.
     const firn::Domain<3> box{.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1.0 / 32};
     firn::Simulation simulation(box, SoftTissue<float>{.mu = 2e4F, .lambda = 3e4F});
     simulation.add(firn::sample_sphere<3>({0.5, 0.25, 0.5}, 0.2, {.spacing = 1.0 / 64}), 1000.0, {0.0, -2.0, 0.0});

@@ -63,7 +63,7 @@ int main() {
     //! every material with one of these, and snow with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a
     //! program of any other combination.
     //!
-    //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step.
+    //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step, as on the CPU.
     //!
     //! ![A snowball breaks on a wall in the browser: examples/web](../images/web.png)
     return program.code.size() > 1000 ? 0 : 1;

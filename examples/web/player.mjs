@@ -13,7 +13,8 @@ export class Player {
     paused = false;
     simulation = null;
     box = plainBox;
-    figures = { frame: NaN, step: NaN, rate: NaN, time: 0, signal_speed: NaN, time_step: NaN, needed: 0, taken: 0 };
+    figures = { frame: NaN, step: NaN, rate: NaN, time: 0, signal_speed: NaN, largest_acceleration: NaN,
+        time_step: NaN, needed: 0, taken: 0 };
     dirty = true;
     #device = null;
     #program = null;
@@ -44,7 +45,10 @@ export class Player {
     get look() { return this.from.folder ? plainLook : this.scene.look; }
     /** The bound of the next time step [s]. */
     get bound() {
-        return this.manifest?.time_step_safety * this.simulation?.values.cell_size / this.figures.signal_speed;
+        const { manifest, figures: { signal_speed, largest_acceleration } } = this;
+        const cellSize = this.simulation?.values.cell_size;
+        return Math.min(manifest?.time_step_safety * cellSize / signal_speed,
+            manifest?.acceleration_safety * Math.sqrt(cellSize / largest_acceleration));
     }
     #has(uniform) { return this.manifest?.uniforms.fields.some(({ name }) => name === uniform) ?? false; }
     get gravityName() { return this.#has('field_gravity') ? 'field_gravity' : 'gravity'; }
@@ -76,7 +80,8 @@ export class Player {
         this.simulation?.destroy();
         this.simulation = null;
         this.#owed = 0;
-        Object.assign(this.figures, { step: NaN, rate: NaN, time: 0, signal_speed: NaN, time_step: NaN, needed: 0 });
+        Object.assign(this.figures, { step: NaN, rate: NaN, time: 0, signal_speed: NaN, largest_acceleration: NaN,
+            time_step: NaN, needed: 0 });
     }
 
     async #build() {
@@ -239,7 +244,8 @@ export class Player {
     async #check(simulation) {
         try {
             const status = await simulation.check();
-            if (simulation === this.simulation) this.figures.signal_speed = status.signal_speed;
+            const { signal_speed, largest_acceleration } = status;
+            if (simulation === this.simulation) Object.assign(this.figures, { signal_speed, largest_acceleration });
             return status;
         } catch (error) {
             if (simulation === this.simulation) this.#fail(error);

@@ -156,8 +156,8 @@ public:
     /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
     ///   the boundary;
-    /// - the walls do not coincide with the faces of the domain;
-    /// - matter has reached a face of the domain that has no wall.
+    /// - the walls do not coincide with the faces of the domain, or matter has reached a face that has no wall;
+    /// - matter under tension is stretched farther than the kernel joins its particles.
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Stepper<D>::warn;
@@ -181,6 +181,8 @@ public:
     const Domain<D>& domain() const { return grid_.domain(); }  ///< Returns the domain.
     /// Returns the grid, with the node values of the last step.
     const SparseGrid<S, D>& grid() const { return grid_; }
+    /// Returns the largest acceleration of the field at the nodes in the last step [m/s²]; −1 if that had no field.
+    double largest_acceleration() const { return bound_.field_at_nodes; }
 
     /// \name Sets of particles
     /// @{
@@ -206,19 +208,18 @@ public:
     }
     /// @}
 
-    /// Returns the largest stable time step for the present particles [s], also called the bound of the time step.
+    /// Returns the largest stable time step for the present particles under gravity [s], also called the bound of the
+    /// time step. It follows from the speeds of particles, of waves and of the boundary, from accelerations, and from
+    /// the stiffness of forces between particles. \see firn::stable_time_step
     /// \throws particle_error  if a particle has a value that is not finite or lies outside the domain, or if nothing
-    ///                         moves and the material has no stiffness
-    double stable_time_step() {
-        prepare();
-        const double fastest = detail::fastest_signal(sets_);
-        const double on_grid =
-            fastest > 0 ? firn::stable_time_step<Kernel>(
-                              domain().cell_size, std::max(fastest, detail::speed_of_boundary<S>(boundary, domain())))
-                        : next_burst() - now_.time;
-        const double bound = std::min(on_grid, detail::force_bound(sets_, now_.time, workers()));
-        if (!std::isfinite(bound) && !is_waiting()) detail::throw_at_rest(fastest);
-        return bound;
+    ///                         moves, nothing accelerates, and the material has no stiffness
+    double stable_time_step() { return stable_time_step(gravity); }
+    /// Returns the bound [s] with this acceleration in place of `gravity`: a vector [m/s²] or a field. What counts of a
+    /// field is the largest acceleration at nodes in the last step, or at particles if the last step had no field.
+    template <class Acceleration>
+    double stable_time_step(const Acceleration& acceleration) {
+        const double bound = find_bound(detail::own_acceleration<D>(acceleration));
+        return std::isfinite(bound) ? bound : detail::throw_at_rest();
     }
 
     /// Takes one step under gravity. The time step is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is
@@ -261,9 +262,10 @@ public:
     /// a run without a break.
     /// \param set     the stored particles. \see Restart
     /// \param moment  the time and the number of steps taken when the particles were stored
+    /// \param largest_acceleration  what largest_acceleration() returned then [m/s²]
     /// \throws io_error  if another material was restored to a different moment, and no step was taken since then
     template <std::size_t I = unnamed>
-    void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
+    void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment, double largest_acceleration = -1) {
         for_sets([&](const auto& other) {
             if (static_cast<const void*>(&other) != &set_at<at<I>>() && other.restored && *other.restored != moment)
                 throw io_error(sentence("The state is of step ", moment.steps, " at ", moment.time,
@@ -273,6 +275,7 @@ public:
         auto& mine = set_at<at<I>>();
         mine.restore(std::move(set), moment);
         now_ = moment;
+        bound_.field_at_nodes = largest_acceleration;
         if (mine.readiness.is(Readiness::prepared)) activate();
     }
 
@@ -317,7 +320,7 @@ private:
         Stepper<D>::take_steps(
             leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
             [&](std::string& warning) {
-                const double dt = next_time_step(warning), left = end - now_.time;
+                const double dt = next_time_step(find_bound(acceleration), warning), left = end - now_.time;
                 if (!warning.empty()) return;
                 const bool is_last = left < dt * (1 + 1e-9);
                 step_by(is_last ? left : dt, acceleration);
@@ -325,34 +328,39 @@ private:
             });
     }
 
-    /// Returns whether the time step dt is the bound of the time step, rather than a step that the program chose.
-    bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
-    [[gnu::cold]] std::string reason_of_bound() {
-        return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
-                                               detail::force_bound(sets_, now_.time, workers()), ranks());
+    /// Prepares the particles and returns the bound of the time step [s]; infinite if nothing limits it.
+    template <class Acceleration>
+    double find_bound(const Acceleration& acceleration) {
+        detail::check_acceleration<D>(acceleration);
+        prepare();
+        return bound_.find(step_inputs(), acceleration);
     }
-
-    /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound of the time
-    /// step.
+    auto step_inputs() {
+        return detail::step_inputs<Kernel, S>(sets_, domain(), boundary, now_.time, workers(), ranks());
+    }
+    /// Returns whether the time step dt is the bound of the time step, rather than a step that the program chose.
+    bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_.step > 0 && !(dt < bound_.step); }
+    /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound.
     /// \param warning  receives a text if the program must be warned before the step; otherwise unchanged
-    double next_time_step(std::string& warning) {
-        const double bound = bound_ = stable_time_step();
+    double next_time_step(double bound, std::string& warning) {
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
-        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, now_.steps, warn);
+        if (fixed_time_step == 0 && !std::isfinite(bound)) detail::throw_at_rest();
+        const bool accelerated = bound_.is_of_acceleration(domain().cell_size);
+        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, accelerated, now_.steps, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
-            warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return reason_of_bound(); });
+            warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return bound_.reason(step_inputs()); });
         if (warn && warning.empty())
-            warning = warnings_.template of_matter<Transfer>(sets_, domain(), boundary, now_, ranks());
+            warning =
+                warnings_.template of_matter<Kernel, Transfer>(sets_, domain(), boundary, now_, workers(), ranks());
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
-        detail::check_acceleration<D>(acceleration);
         if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
-            detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
+            detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? bound_.reason(step_inputs()) : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         if constexpr (requires { contact.check(); }) contact.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
@@ -372,12 +380,14 @@ private:
         if (sorted) activate();
         for_sets([&](auto& set) { set.push(now_, dt, workers()); });
         if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
+        double largest = 0;
         if constexpr (acts_by_gap<Boundary>) {
-            update_by_gap(dt, acceleration);
+            largest = update_by_gap(dt, acceleration);
         } else {
             scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
             if constexpr (boundary_fits)
-                grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
+                largest = grid_update(execution, grid_, dt, acceleration, boundary, mirrors,
+                                      reactions ? &*reactions : nullptr);
         }
         bool right = true;
         for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
@@ -392,12 +402,13 @@ private:
             right = right && pass.right;
             if constexpr (Volume::averages_volume) restore_masses<Transfer>(execution, grid_);
         });
-        ranks().end_g2p(sets_, now_.time + dt, right, [&] {
+        ranks().end_g2p(sets_, now_.time + dt, right, largest, [&] {
             detail::throw_wrong_particles(
                 sets_, domain(), sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
-                detail::likely_cause(grid_, dt, bound_, acceleration) +
+                detail::likely_cause(grid_, dt, bound_.step, acceleration) +
                     " The simulation can neither go on nor be written: restore() its last state.");
         });
+        bound_.field_at_nodes = detail::is_uniform<Acceleration> ? -1 : largest;
         for_sets([](auto& set) { set.readiness.end_step(); });
         now_ = {now_.time + dt, now_.steps + 1, dt};
         boundary = advanced(boundary, dt);
@@ -408,18 +419,21 @@ private:
         });
     }
 
-    /// Sums momenta on the grid and updates the nodes; the boundary acts by the gap of particles.
+    /// Sums momenta on the grid and updates the nodes; the boundary acts by the gap of particles. Returns what
+    /// grid_update() does.
     template <class Acceleration>
-    void update_by_gap(double dt, const Acceleration& acceleration)
+    double update_by_gap(double dt, const Acceleration& acceleration)
         requires(acts_by_gap<Boundary> && boundary_fits)
     {
+        double largest = 0;
         scatter(dt, [&](const auto&... sets) {
             const auto mirrors = mirrors_by_gap<Kernel>(execution, grid_, boundary, dt, gap_memory_, sets...);
             make_grid(dt, mirrors, sets...);
-            grid_update(execution, grid_, dt, acceleration, NoBoundary{});
+            largest = grid_update(execution, grid_, dt, acceleration, NoBoundary{});
             act_by_gap<Kernel>(execution, grid_, boundary, dt, mirrors, gap_memory_, reactions ? &*reactions : nullptr,
                                sets...);
         });
+        return largest;
     }
     void filter_all_volumes(double dt, const Mirrors& mirrors)
         requires filters_volume<Volume>
@@ -439,13 +453,13 @@ private:
         for_sets([&](auto& set) { sort(set); });
         activate();
     }
-    /// Calls body(sets...) with the sets of particles. Adds the step to the message of an overflow_error.
+    /// Calls body(sets...) with the sets. Adds the step to the message of an overflow_error.
     template <class Body>
     void scatter(double dt, const Body& body) {
         try {
             std::apply([&](auto&... set) { body(ParticleSet{set.particles.view(), set.partition}...); }, sets_);
         } catch (const overflow_error& failure) {
-            detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_);
+            detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_.step);
         }
     }
     template <class M, class... Views>
@@ -465,7 +479,7 @@ private:
     template <class Set>
     void prepare(Set& set) {
         const bool is_empty = ranks().sum(set.particles.size()) == 0;
-        if (is_empty && (has_particles() || is_waiting())) {  // particles may be added later
+        if (is_empty && detail::may_have_particles(sets_, ranks())) {
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
@@ -488,18 +502,6 @@ private:
     bool any_set(const Is& is) const {
         return std::apply([&](const auto&... set) { return (is(set) || ...); }, sets_);
     }
-    bool has_particles() const {
-        std::size_t particles = 0;
-        std::apply([&](const auto&... set) { ((particles += set.particles.size()), ...); }, sets_);
-        return ranks().sum(particles) > 0;
-    }
-    /// Returns whether there are no particles now, but a source will add some.
-    bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
-    /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
-    double next_burst() const {
-        return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
-    }
-
     /// Returns the index of the material of a set in the list of materials.
     template <class Set>
     std::size_t number_of(const Set& set) const {
@@ -515,7 +517,7 @@ private:
     void sort(Set& set) {
         ranks().template bring_home<Kernel>(sets_, number_of(set));
         set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
-        if (set.forces) set.forces->forget();
+        set.forget_pushes();
     }
     void activate() {
         std::array<BlockPartition<D>*, material_count> all{};
@@ -540,7 +542,7 @@ private:
     FilterMemory<S> filter_memory_;
     [[no_unique_address]] std::conditional_t<Law::between_groups, ContactMemory<Kernel, D>, OneField> contact_memory_;
     [[no_unique_address]] std::conditional_t<acts_by_gap<Boundary>, GapMemory<Kernel, D>, NoBoundary> gap_memory_;
-    double bound_ = 0;  // bound of the time step, for the present step [s]
+    detail::StepBound bound_;
     detail::Warnings warnings_;
 };
 
@@ -588,10 +590,9 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
     });
-    if (!std::isfinite(fastest) ||
-        (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return bool(set.forces); }))) {
+    if (!std::isfinite(fastest) || !(fastest > 0 || detail::may_have_particles(sets_, ranks()))) {
         for_sets([](auto& set) { set.readiness.unprepare(); });
-        detail::throw_at_rest(fastest);
+        detail::throw_wrong_signal(fastest);
     }
     activate();
 }

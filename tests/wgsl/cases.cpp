@@ -313,6 +313,36 @@ void write_bounded(const std::filesystem::path& root) {
               << " s\n";
 }
 
+/// Matter that is so soft that gravity bounds the steps that the program takes.
+void write_falling(const std::filesystem::path& root) {
+    scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks(
+        {0.3, 1.0 / 64, 1.0 / 32}, FixedCorotated<float>::from_young_poisson(1, 0.3));
+    auto& simulation = blocks.simulation;
+    simulation.warn = {};
+    auto& changed = simulation.edit_particles();
+    for (std::size_t slot = 0; slot < changed.slots(); ++slot)
+        if (changed.is_particle(slot)) changed.set_velocity(slot, changed.velocity(slot) * 0.1F);
+    simulation.partition();
+    wgsl::Inputs inputs = blocks.inputs();
+    inputs.set("time_step", {1});  // far too long
+    inputs.set("bound_time_step", {1});
+    Case files(root / "2d_falling", blocks.program);
+    const float h = float(blocks.domain.cell_size);
+    float time = 0;
+    constexpr int steps = 3;
+    for (int i = 0; i < steps; ++i) {
+        const float of_gravity = acceleration_time_step(h, float(norm(simulation.gravity)));
+        if (!(of_gravity < stable_time_step<QuadraticBSpline>(h, largest_signal_speed(simulation))))
+            throw usage_error("Gravity does not bound the steps of the falling case.");
+        time += of_gravity;
+        simulation.fixed_time_step = double(of_gravity);
+        simulation.step();
+    }
+    write_case_file<2>(files, blocks.program, inputs, "step", steps,
+                       {{"time", "step", steps, files.file("time", std::vector<float>{time}), 1e-5}});
+    std::cout << "2d_falling: " << inputs.particles << " particles, " << time << " s\n";
+}
+
 /// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
 void write_page_case(const std::filesystem::path& root) {
     scenes::MovingBlocks<3, Apic, MlsForce, FixedCorotated<float>> blocks(
@@ -454,6 +484,7 @@ int main(int count, char** words) {
         varied.lambda = 6e4F;
         write_case<2, Apic, MlsForce>(root, "2d_per_particle", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, varied);
         write_bounded(root);
+        write_falling(root);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);

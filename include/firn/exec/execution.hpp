@@ -91,6 +91,7 @@ struct OneRank {
     static Share share() { return {}; }                        ///< Returns which part of new particles this rank takes.
     static bool speaks() { return true; }                      ///< Returns whether this rank gives warnings.
     static std::size_t sum(std::size_t here) { return here; }  ///< Returns the sum of all ranks' numbers.
+    static double largest(double here) { return here; }        ///< Returns the largest of all ranks' numbers.
     /// Returns the text of the first rank whose text is not empty.
     static std::string text_of_first(std::string here) { return here; }
     /// Calls describe(), which throws an error, unless `right` is true on all ranks.
@@ -110,9 +111,10 @@ struct OneRank {
     /// Joins the reports of G2P of all ranks.
     template <class Sets>
     static void join_reports(Sets&) {}
-    /// After G2P: joins the reports, then calls describe(), which throws an error, unless `right` is true on all ranks.
+    /// After G2P: joins the reports and the largest accelerations, then calls describe(), which throws an error, unless
+    /// `right` is true on all ranks.
     template <class Sets, class Describe>
-    static void end_g2p(Sets&, double /* time */, bool right, const Describe& describe) {
+    static void end_g2p(Sets&, double /* time */, bool right, double& /* acceleration */, const Describe& describe) {
         if (!right) describe();
     }
     /// Adds up the sums of all ranks; each rank then has the sums over all. \see ExactSum::digits

@@ -11,6 +11,8 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <vector>
 
@@ -28,16 +30,34 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
         return acceleration;
 }
 
+/// Whether an acceleration is the same vector everywhere, so that its size is known before it acts.
+template <class Acceleration>
+inline constexpr bool is_uniform = false;
+template <class S, int D>
+inline constexpr bool is_uniform<Vec<S, D>> = true;
+
+/// Returns the acceleration at some nodes, if it is a field of the position alone: it is then computed once, for the
+/// nodes and for its largest value. Any other acceleration is returned unchanged.
+template <class P, int D, class Acceleration>
+FIRN_INLINE decltype(auto) acceleration_of_nodes(const Acceleration& acceleration, const Vec<P, D>& x, const P& dt) {
+    if constexpr (is_uniform<Acceleration> || takes<Acceleration, Vec<P, D>, Vec<P, D>, P>)
+        return (acceleration);
+    else
+        return acceleration_at(acceleration, x, Vec<P, D>::zero(), dt);
+}
+
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
 /// compiler can use all registers in each instance of it.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
 /// \param reactions  array with one Reaction for each part of the boundary; nullptr if reactions are not wanted. The
 ///                   impulse of each part on matter is added to the Reaction of this part.
+/// \return  the square of the largest acceleration [m²/s⁴] of a field at the nodes with matter; 0 for a vector
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
-[[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                                    const Boundary& boundary, OfParts reactions) {
+[[gnu::noinline]] S update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
+                                 const Boundary& boundary, OfParts reactions) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
+    [[maybe_unused]] P largest = P(0);
     for (int from = 0; from < block_nodes<D>; from += lanes) {
         P r[4];
         load_quads(nodes + from * node_width, r);
@@ -52,17 +72,27 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
         });
         Vec<P, D> momentum;
         unroll<D>([&](auto a) FIRN_LAMBDA { momentum.v[a] = r[a]; });
+        const auto& at_nodes = acceleration_of_nodes(acceleration, x, P(dt));
         const auto update = [&](const auto& applied) FIRN_LAMBDA {
-            return node_velocity(momentum, r[node_mass], x, acceleration, P(dt), applied);
+            return node_velocity(momentum, r[node_mass], x, at_nodes, P(dt), applied);
         };
         Vec<P, D> v;
         if constexpr (std::same_as<OfParts, std::nullptr_t>)
             v = update(boundary);
         else
             v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions});
+        if constexpr (!is_uniform<Acceleration>) {
+            const auto filled = r[node_mass] > P(0);
+            const Vec<P, D> before = momentum * (P(1) / select(filled, r[node_mass], P(1)));
+            largest = max(largest, select(filled, squared_acceleration(at_nodes, x, before, P(dt)), P(0)));
+        }
         unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
         store_quads(r, nodes + from * node_width);
     }
+    if constexpr (is_uniform<Acceleration>)
+        return 0;
+    else
+        return reduce_max(largest);
 }
 
 /// Checks that a boundary has no mirrored walls.
@@ -79,9 +109,10 @@ void refuse_mirrors(const Boundary& boundary) {
 
 /// Does the work of grid_update(), with or without reactions.
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if the impulses are not wanted
+/// \return  the largest acceleration [m/s²] of a field at a node with matter, as far as it is finite; 0 for a vector
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
-void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                 const Boundary& boundary, Reactions<D>* reactions) {
+double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                   const Boundary& boundary, Reactions<D>* reactions) {
     static_assert(firn::boundary<Boundary, S, D>,
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     check_step(dt);
@@ -98,7 +129,19 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
         of_blocks.resize(grid.block_count() * parts);
     }
 
-    const auto update = [&](std::size_t b, int) {
+    constexpr bool measures = !is_uniform<std::remove_cvref_t<decltype(field)>>;
+    const int threads = thread_count(requested_threads(execution));
+    struct alignas(64) OfThread {
+        S squared = 0;
+    };
+    std::vector<OfThread> largest(measures ? std::size_t(threads) : 0);
+    const auto see = [&](S squared, int thread) {
+        if constexpr (measures) {
+            S& most = largest[std::size_t(thread)].squared;
+            most = std::max(most, squared);
+        }
+    };
+    const auto update = [&](std::size_t b, int thread) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
             low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
@@ -106,18 +149,21 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
         }
         const Vec<S, D> first = cast<S>(low);
         if (!here.reaches(low, high)) {
-            update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr), thread);
         } else if (reactions && ranks_of(execution).template counts<D>(b)) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
-            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block), thread);
         } else {
-            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr), thread);
         }
     };
-    parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
+    parallel_for(grid.block_count(), threads, update, 16);
 
     if (reactions) sum_reactions<Execution, D>(execution, of_blocks, reactions->parts);
+    double squared = 0;
+    for (const OfThread& of_thread : largest) squared = std::max(squared, double(of_thread.squared));
+    return std::isfinite(squared) ? std::sqrt(squared) : 0;
 }
 
 }  // namespace detail
@@ -129,41 +175,52 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 ///                      field(position, velocity, dt) that takes and returns Vec<P, D> for any scalar type P; or an
 ///                      acceleration field from the folder field/, with scalar type S
 /// \param boundary      a boundary policy with scalar type S
+/// \return  the largest acceleration of a field at a node [m/s²], which limits the next time step; 0 if the
+///          acceleration is a vector, whose size is known. \see squared_acceleration, acceleration_time_step
 /// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of a policy is out of range
 /// \throws usage_error      if the boundary has mirrored walls
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
-void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                 const Boundary& boundary) {
+double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                   const Boundary& boundary) {
     if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
         detail::refuse_mirrors(boundary);
-        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
-                            static_cast<Reactions<D>*>(nullptr));
+        return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
+                                   static_cast<Reactions<D>*>(nullptr));
     }
+    return 0;
 }
 
 /// Computes the velocity of every node after a step, and sums the impulses that the boundary exerts on matter. The
 /// velocities have the same bits as those of the grid_update() without reactions.
 /// \param reactions  receives the impulse and the angular impulse of each part of the boundary. \see Reactions
+/// \return  the largest acceleration of a field [m/s²], as above
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
-void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                 const Boundary& boundary, Reactions<D>& reactions) {
+double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                   const Boundary& boundary, Reactions<D>& reactions) {
     if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
         detail::refuse_mirrors(boundary);
-        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, &reactions);
+        return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
+                                   &reactions);
     }
+    return 0;
 }
 
 /// Computes the velocity of every node after a step, as the grid_update() without a kernel, and lets mirrored walls
 /// act.
 /// \param mirrors    mirrors_of<Kernel>(boundary, grid.domain())
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted
+/// \return  the largest acceleration of a field at a node [m/s²], which limits the next time step; 0 if the
+///          acceleration is a vector, whose size is known. \see squared_acceleration, acceleration_time_step
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
-void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                 const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {
+double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                   const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {
+    double largest = 0;
     if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
-        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, reactions);
+        largest =
+            detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, reactions);
         if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
     }
+    return largest;
 }
 
 }  // namespace firn

@@ -300,6 +300,7 @@ struct RestoredSet {
     decltype(Simulation::volume) volume;
     std::vector<double> gravity{};
     double fixed_time_step = 0, most_steps_between_sorts = 0;
+    double largest_acceleration = -1;  ///< \see Simulation::largest_acceleration
 };
 
 /// Checks the contact groups of bodies, and puts the particles of a converted state into them. (The particles of other
@@ -377,6 +378,11 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
     made.most_steps_between_sorts = parameter_values(state, "run", "most_steps_between_sorts")[0];
     if (made.gravity.size() != D || !(made.most_steps_between_sorts >= 0 && made.most_steps_between_sorts < 0x1p53))
         throw_damaged("gravity or sorting");
+    if (has_parameter(state, "run", "largest_acceleration")) {
+        made.largest_acceleration = parameter_values(state, "run", "largest_acceleration")[0];
+        if (!(made.largest_acceleration >= 0 && made.largest_acceleration < 1e300))
+            throw_damaged("largest acceleration");
+    }
     return made;
 }
 
@@ -384,7 +390,7 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
 /// \throws io_error  if another material was restored to a different moment; the simulation is unchanged
 template <class Simulation, std::size_t I>
 void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
-    simulation.template restore<I>(std::move(made.stored), made.moment);
+    simulation.template restore<I>(std::move(made.stored), made.moment, made.largest_acceleration);
     if (made.converted) return;
     simulation.boundary = made.boundary;
     simulation.transfer = made.transfer;

@@ -195,6 +195,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
     parameter("run", "signal_speed", "m/s", {set.report().signal_speed});
     parameter("run", "sort_needed", "1", {double(set.report().sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
+    if (simulation.largest_acceleration() >= 0)  // the last step had an acceleration field
+        parameter("run", "largest_acceleration", "m/s^2", {simulation.largest_acceleration()});
 
     StateTable bodies{"bodies", 3, {}};  // columns: Body::first, Body::count, bits of Body::end
     for (const Body& body : all_bodies)

@@ -124,6 +124,11 @@ std::vector<double> parameter_values(const State<S>& state, const char* group, c
     throw io_error(sentence("The state has no parameter ", group, "/", name, "; it was not written by state_of()."));
 }
 
+template <class S>
+bool has_parameter(const State<S>& state, const char* group, const char* name) {
+    return std::ranges::any_of(state.parameters, [&](const auto& p) { return p.group == group && p.name == name; });
+}
+
 inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
     for (const StateTable& t : tables)
         if (t.name == name && t.columns == columns) return t;

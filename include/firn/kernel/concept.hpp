@@ -10,6 +10,7 @@
 
 #include <firn/core/scalar.hpp>
 
+#include <algorithm>
 #include <array>
 
 namespace firn {
@@ -79,6 +80,23 @@ template <class K>
 concept has_courant_limit = requires {
     { K::courant_limit } -> std::convertible_to<double>;
 };
+
+/// Whether K has the function `joined_stretch(n)`: the largest stretch at which the kernel still joins particles of
+/// which n lie along an axis of a cell at rest. It is measured with a bar; a bar that is stretched farther breaks,
+/// however strong its material.
+template <class K>
+concept has_joined_stretch = requires(const double n) {
+    { K::joined_stretch(n) } -> std::convertible_to<double>;
+};
+/// Returns the largest stretch at which the kernel joins particles of which n lie along an axis of a cell at rest:
+/// K::joined_stretch(n), or that of the splines if K does not say.
+template <class K>
+double joined_stretch(double n) {
+    if constexpr (has_joined_stretch<K>)
+        return K::joined_stretch(n);
+    else
+        return 1.05 + 0.62 * std::max(n - 1, 0.0);
+}
 
 /// A type that has all members of an interpolation kernel. (`inverse_inertia` may be missing, see has_inertia.)
 template <class K>

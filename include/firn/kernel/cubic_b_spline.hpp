@@ -29,6 +29,8 @@ struct CubicBSpline {
     /// z)(16 + 13 z + z²)/15 c²/h², where z = cos θ and θ is the phase difference between neighbouring nodes. ω² is
     /// largest at z = √15 − 4. \see has_courant_limit
     static constexpr double courant_limit = 1.9251248585239016;
+    /// The largest stretch of n particles a cell and axis. Bars broke at 1.1, 1.9, 2.5 and 3.1 for n = 1 to 4.
+    static constexpr double joined_stretch(double n) { return 1.05 + 0.67 * std::max(n - 1, 0.0); }
 
     /// Returns the weights of the nodes base, …, base + 3 for a particle at the distance f from base, 1 ≤ f < 2
     /// [cells].

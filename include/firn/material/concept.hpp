@@ -22,6 +22,10 @@
 ///                                            updating F and calling returned()
 ///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
+///     stretch_bound(state)                   an upper bound of how many times as long as at first a particle is [1];
+///     of
+///                                            a plastic model that bears tension however far it is stretched. With it,
+///                                            a simulation warns before such matter breaks for want of particles
 ///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
 ///     check()                                throws parameter_error if a parameter is out of range; called before the
 ///                                            first step. Of a model without it, NaN parameters are refused
@@ -31,6 +35,7 @@
 #include <firn/core/tensor.hpp>
 #include <firn/math/deformation.hpp>
 
+#include <limits>
 #include <type_traits>
 
 namespace firn {
@@ -171,6 +176,13 @@ concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
+/// Whether M has a function `stretch_bound(state)`. The function returns an upper bound of the stretch of a particle
+/// since it was made [1].
+template <class M, int D>
+concept has_stretch_bound =
+    requires(const M m, const material_state_t<M, D> state) {
+        { m.stretch_bound(state) } -> std::same_as<material_scalar_t<M>>;
+    };
 /// Whether M has a function `updated(state, velocity_gradient, dt)`. The function returns the state after a time step
 /// dt [s] with this velocity gradient [1/s]. firn calls updated() instead of updating F and calling returned().
 template <class M, int D>
@@ -249,6 +261,34 @@ FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, cons
     state.F = increased(state.F, (velocity_gradient * F) * dt);
     return state;
 }
+namespace detail {
+/// What rounding adds to a strain [1], up to a small factor. A return mapping acts on what is beyond it. A particle on
+/// the yield surface then rests there: if the excess of a last digit of F were returned in every step, what the state
+/// gathers, such as a plastic strain, would grow without bound while nothing moves.
+template <class S>
+inline constexpr double strain_rounding = 4 * double(std::numeric_limits<value_type_t<S>>::epsilon());
+
+/// Returns the mask of where two matrices, or two states, differ.
+/// @{
+template <scalar S>
+FIRN_INLINE mask_t<S> differ(const S& a, const S& b) {
+    return !(a == b);
+}
+template <scalar S, int D>
+FIRN_INLINE mask_t<S> differ(const Mat<S, D>& a, const Mat<S, D>& b) {
+    mask_t<S> found = differ(a.m[0], b.m[0]);
+    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { found = found | differ(a.m[k + 1], b.m[k + 1]); });
+    return found;
+}
+template <class State>
+    requires requires { State::fields(); }
+FIRN_INLINE auto differ(const State& a, const State& b) {
+    constexpr auto fields = State::fields();
+    return std::apply([&](const auto&... f) FIRN_LAMBDA { return (differ(f.of(a), f.of(b)) | ...); }, fields);
+}
+/// @}
+}  // namespace detail
+
 /// Returns the state after the model's return mapping: model.returned(trial), or the trial state itself if the model
 /// has no return mapping.
 template <class M, class State>

@@ -79,8 +79,8 @@ private:
     template <int D>
     FIRN_INLINE state<D> loss(const state<D>& trial, const Base<D>& after) const {
         const Model& model = *this;
-        return {after,
-                trial.dissipated + (firn::energy_density(model, base(trial)) - firn::energy_density(model, after))};
+        const S lost = firn::energy_density(model, base(trial)) - firn::energy_density(model, after);
+        return {after, trial.dissipated + select(detail::differ(after, base(trial)), lost, S(0))};
     }
 };
 

@@ -185,8 +185,8 @@ struct Nacc {
     /// the first two cases J× is the J that belongs to the new pressure. In the third case J× is the J that belongs to
     /// the pressure at the point where the line from (p, q) to the middle of the ellipse crosses the ellipse.
     ///
-    /// A particle that does not yield keeps its state bit for bit. The ellipse is that of the trial state; if a
-    /// particle softens, its new stress may lie outside of its new, smaller ellipse until the next step.
+    /// A particle that does not yield beyond rounding keeps its state bit for bit. The ellipse is that of the trial
+    /// state; if a particle softens, its new stress may lie outside of its new, smaller ellipse until the next step.
     ///
     /// Matter that is inverted (det F < 0) has no volume, so it is crushed, and becomes upright.
     ///
@@ -204,10 +204,11 @@ struct Nacc {
         const S qq = named("qq", (S(1) + cohesion + cohesion) * S((6 - D) * 0.5) * ratio * ratio *
                                      squared_norm(shape.deviator));  // (1 + 2β) q²
         const S inside = named("inside", M * M * (p - lowest) * (p0 - p));
-        const auto crushed = p0 < p;
-        const auto torn = p < lowest;
+        const S rounding = S(detail::strain_rounding<S>);
+        const auto crushed = p0 + rounding < p;
+        const auto torn = p < lowest - rounding;
         const auto to_tip = crushed | torn;
-        const auto yields = to_tip | (inside < qq);
+        const auto yields = to_tip | (max(inside, S(0)) + rounding * rounding < qq);
 
         StateAndStress<state<D>, S, D> after{trial, shape.deviator};
         S pressure = p;

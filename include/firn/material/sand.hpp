@@ -148,6 +148,10 @@ struct Sand {
     /// α is slope(), the slope of the cone; μ and λ are the Lamé parameters. Sand that has gained volume at the tip
     /// bears pressure only after it has lost this volume again. Where v_c = 0, Σ ε ≤ 0 and δγ ≤ 0, the state is kept
     /// bit for bit.
+    ///
+    /// q grows by the strain that the step takes from F, δq of Klár et al. 2016: ‖ln σ‖ at the tip, δγ on the cone. The
+    /// volume v_c that was gained in earlier steps is not taken again. At the tip, F is kept bit for bit where ‖ln σ‖
+    /// is not beyond rounding.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         const Mat<S, D> elastic_strain = logarithmic_strain(trial.F);
@@ -159,17 +163,20 @@ struct Sand {
         const S bulk = (S(D) * lambda + (mu + mu)) / (mu + mu);
         const S slip = named("slip", shear + slope<D>(trial.plastic_strain) * bulk * volumetric);
 
+        const S opening = sqrt(squared_norm(elastic_strain));
         const auto at_tip = S(0) < volumetric;
+        const auto opens = at_tip & (S(2 * detail::strain_rounding<S>) < opening);
+        const auto on_cone = !at_tip;
         const auto slips = S(0) < slip;
         const S lost = select(slips, slip, S(0)) / select(S(0) < shear, shear, S(1));
         const Mat<S, D> change = select(at_tip, elastic_strain * S(-1), Mat<S, D>::diagonal(gain) - deviator * lost);
-        const auto returns = at_tip | slips | !(trial.volume_gain == S(0));
+        const auto returns = opens | (on_cone & (slips | !(trial.volume_gain == S(0))));
 
         state<D> sand = trial;
         if (any(returns)) sand.F = select(returns, strained_by(trial.F, change), trial.F);
-        sand.volume_gain = select(at_tip, volumetric, S(0));
-        sand.plastic_strain =
-            trial.plastic_strain + select(at_tip, sqrt(squared_norm(strain)), select(slips, slip, S(0)));
+        sand.volume_gain = select(at_tip, select(opens, volumetric, trial.volume_gain), S(0));
+        const auto flows = opens | (on_cone & slips & detail::differ(sand.F, trial.F));
+        sand.plastic_strain = trial.plastic_strain + select(flows, select(at_tip, opening, slip), S(0));
         return {sand, elastic().stress_of_strain(elastic_strain + change)};
     }
     /// The state after the plastic return mapping.

@@ -139,8 +139,9 @@ struct Snow {
     ///
     ///     F ← U diag(σ′/σ) Uᵀ F         J_P ← J_P Π σ/σ′
     ///
-    /// U is a rotation; its columns are the directions of the σ in space. If all σ lie within the bounds, the state is
-    /// kept bit for bit. An inverted F (det F < 0) becomes an F with det F > 0. J_P is clamped to [0, 2^20].
+    /// U is a rotation; its columns are the directions of the σ in space. If all σ lie within the bounds up to
+    /// rounding, the state is kept bit for bit. An inverted F (det F < 0) becomes an F with det F > 0. J_P is clamped
+    /// to [0, 2^20].
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const StretchRange<S> squared = squared_stretch_range(trial.F);
@@ -151,11 +152,12 @@ struct Snow {
         if (any(doubtful)) {
             const Principal<S, D> p = principal_stretches(trial.F);
             mask_t<S> yields = S(1) < S(0);
+            const S rounding = S(detail::strain_rounding<S>);
             Vec<S, D> change;  // of the stretches, relative
             S volume = trial.plastic_volume;
             unroll<D>([&](auto i) FIRN_LAMBDA {
                 const S sigma = p.stretches.v[i];
-                yields = yields | (sigma < lowest_stretch) | (highest_stretch < sigma);
+                yields = yields | (sigma < lowest_stretch - rounding) | (highest_stretch + rounding < sigma);
                 const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
                 change.v[i] = (max(min(sigma, highest_stretch), lowest_stretch) - divisor) / divisor;
                 volume = volume / (S(1) + change.v[i]);

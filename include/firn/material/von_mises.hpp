@@ -91,14 +91,21 @@ struct VonMises {
         return elastic().wave_speed(density, solid.F);
     }
 
+    /// An upper bound of the stretch of a particle since it was made [1]: its elastic stretch times e^α. A plastic
+    /// strain that keeps the volume stretches no direction by more than e^α.
+    template <int D>
+    FIRN_INLINE S stretch_bound(const state<D>& solid) const {
+        return sqrt(squared_stretch_bound(solid.F)) * exp(solid.plastic_strain);
+    }
+
     /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in this state. Let ε be the
     /// logarithmic strain and α the plastic strain of the trial state, and f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α), where σ_Y
     /// is the `yield_stress` and H the `hardening`. Where f > 0, the strains ε′ and α′ of the new state are
     ///
     ///     dev ε′ = dev ε (1 − Δγ/‖dev ε‖)         α′ = α + √⅔ Δγ         Δγ = f / (2μ + ⅔ H)
     ///
-    /// Plastic flow keeps the volume. Where f ≤ 0, the state is kept bit for bit. An inverted F (det F < 0) becomes
-    /// upright; it has the strain that logarithmic_strain() gives it.
+    /// Plastic flow keeps the volume. Where f ≤ 0 up to rounding, the state is kept bit for bit. An inverted F (det F <
+    /// 0) becomes upright; it has the strain that logarithmic_strain() gives it.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;
@@ -107,7 +114,7 @@ struct VonMises {
         const S shear = named("shear", sqrt(squared_norm(deviator)));
         const S radius = S(root_two_thirds) * (yield_stress + hardening * trial.plastic_strain);
         const S excess = named("excess", (mu + mu) * shear - radius);
-        const auto yields = S(0) < excess;
+        const auto yields = (mu + mu) * S(detail::strain_rounding<S>) < excess;
         const S slip = select(yields, excess, S(0)) / (mu + mu + S(2. / 3) * hardening);
 
         const Mat<S, D> change = deviator * -(slip / select(yields, shear, S(1)));

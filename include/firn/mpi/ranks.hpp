@@ -145,6 +145,8 @@ public:
     bool speaks() const { return all().rank() == 0; }  ///< Returns whether this rank gives warnings.
     /// Returns the sum of all ranks' numbers.
     std::size_t sum(std::size_t here) const { return std::size_t(all().sum(std::uint64_t(here))); }
+    /// Returns the largest of all ranks' numbers.
+    double largest(double here) const { return all().max(here); }
     /// Returns the text of the first rank whose text is not empty.
     std::string text_of_first(const std::string& here) const {
         const int first = all().min(here.empty() ? all().size() : all().rank());
@@ -255,25 +257,26 @@ public:
         all().max(std::span<double>(numbers));
         read_reports(sets, numbers, 2);
     }
-    /// After G2P: joins the reports, and throws an error on all ranks unless `right` is true on all of them. This is
-    /// the one reduction over all ranks in a step.
+    /// After G2P: joins the reports and the largest accelerations, and throws an error on all ranks unless `right` is
+    /// true on all of them. This is the one reduction over all ranks in a step.
+    /// \param acceleration  the largest acceleration on this rank; receives that on all ranks [m/s²]
     template <class Sets, class Describe>
-    void end_g2p(Sets& sets, double time, bool right, const Describe& describe) const {
+    void end_g2p(Sets& sets, double time, bool right, double& acceleration, const Describe& describe) const {
         const detail::Phase phase(state_->trace, "join reports", true);
         std::vector<double> numbers;
         for_each_set(sets, [&](const auto& set) {
             numbers.insert(numbers.end(), {set.report.signal_speed, double(set.report.sort_needed),
                                            double(right && set.will_take(time))});
         });
-        numbers.push_back(right ? 0 : 1);
-        numbers.push_back(Interruption::raised() ? 1 : 0);
+        const std::size_t sets_count = numbers.size() / 3, of_run = numbers.size();
+        numbers.insert(numbers.end(), {right ? 0.0 : 1.0, acceleration, Interruption::raised() ? 1.0 : 0.0});
         all().max(std::span<double>(numbers));
         read_reports(sets, numbers, 3);
-        const std::size_t sets_count = numbers.size() / 3;
         state_->lost.assign(sets_count, false);
         for (std::size_t m = 0; m < sets_count; ++m) state_->lost[m] = numbers[3 * m + 2] > 0;
-        state_->interrupted = numbers.back() > 0;
-        if (numbers[numbers.size() - 2] > 0) fail(right, describe);
+        acceleration = numbers[of_run + 1];
+        state_->interrupted = numbers[of_run + 2] > 0;
+        if (numbers[of_run] > 0) fail(right, describe);
     }
     /// Before P2G: takes note of the mirrored walls. A rank whose particles reach a node beside such a wall needs the
     /// sums of the nodes on both sides of the wall.

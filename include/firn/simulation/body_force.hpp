@@ -7,6 +7,7 @@
 #include <firn/simulation/push.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -95,7 +96,8 @@ template <std::floating_point S, int D>
 struct BodyForce {
     std::size_t points;  ///< index, in the list of JoinedPoints, of the points on which the force acts
     AnyForce<S, D> between;
-    std::size_t lost = 0;  ///< number of points without a particle at the last call of drop_lost()
+    std::size_t lost = 0;      ///< number of points without a particle at the last call of drop_lost()
+    bool limits_step = false;  ///< whether the force has stiffness or damping, which limit the time step
 
     /// Removes the springs and elements that have a point whose particle was removed.
     /// \param of  the points on which the force acts
@@ -133,10 +135,27 @@ public:
     double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
         read(particles, threads);
         double bound = std::numeric_limits<double>::infinity();
-        for (BodyForce<S, D>& force : forces_)
-            bound = std::min(bound, detail::largest_step<S, D>(std::span(&force.between, 1),
-                                                               points_[force.points].view(time), threads));
+        for (BodyForce<S, D>& force : forces_) {
+            const double step =
+                detail::largest_step<S, D>(std::span(&force.between, 1), points_[force.points].view(time), threads);
+            force.limits_step = std::isfinite(step);
+            bound = std::min(bound, step);
+        }
         return bound;
+    }
+
+    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override {
+        if (!is_read_) static_cast<void>(largest_step(particles, time, threads));
+        double most = 0;
+        for (BodyForce<S, D>& force : forces_) {
+            if (force.limits_step) continue;
+            const PointView<S, D> points = points_[force.points].view(time);
+            add_up(force, time, threads);
+            for (std::size_t i = 0; i < points.size(); ++i)
+                if (const double a = norm(cast<double>(sum_[i])) / double(points.mass[i]); std::isfinite(a))
+                    most = std::max(most, a);
+        }
+        return most;
     }
 
     void forget() override { is_read_ = false; }
@@ -146,18 +165,22 @@ public:
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {
-            JoinedPoints<S, D>& points = points_[force.points];
-            renew(sum_, points.size(), threads);
-            fill_chunks(sum_, Vec<S, D>::zero(), threads);
-            force.between.add_forces(points.view(now.time), sum_, threads);
+            add_up(force, now.time, threads);
             LowestId wrong;
-            points.push(particles, sum_, dt, wrong, threads);
+            points_[force.points].push(particles, sum_, dt, wrong, threads);
             wrong.refuse("a force between particles", now, dt);
         }
         forget();
     }
 
 private:
+    /// Computes the forces on the points of a body force.
+    void add_up(BodyForce<S, D>& force, double time, int threads) {
+        const JoinedPoints<S, D>& points = points_[force.points];
+        renew(sum_, points.size(), threads);
+        fill_chunks(sum_, Vec<S, D>::zero(), threads);
+        force.between.add_forces(points.view(time), sum_, threads);
+    }
     void read(const ParticleStore<S, D>& particles, int threads) {
         for (JoinedPoints<S, D>& points : points_) points.read(particles, threads);
         for (BodyForce<S, D>& force : forces_) force.drop_lost(points_[force.points]);

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/simulation/acceleration.hpp>
 #include <firn/simulation/blow_up.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -47,28 +49,52 @@ double force_bound(Sets& sets, double time, int threads) {
     return bound;
 }
 
-/// Returns a sentence that tells what limits the time step.
-/// \param of_boundary  the largest speed that the boundary gives to nodes [m/s]
-/// \param of_forces    bound of the time step that results from forces between particles [s]
-/// \param ranks        what the processes of the run tell each other: one of them has the fastest particle
-template <class Kernel, class Sets, int D, class Ranks>
-[[gnu::cold]] std::string reason_of_bound(Sets& sets, const Domain<D>& domain, double of_boundary, double of_forces,
-                                          const Ranks& ranks) {
-    const double fastest = fastest_signal(sets);
-    if (of_forces < stable_time_step<Kernel>(domain.cell_size, std::max(fastest, of_boundary)))
-        return "It is set by forces between particles: take softer ones, or larger masses.";
-    if (of_boundary > fastest)
-        return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
-    const double at_least = ranks.share().parts > 1 ? fastest * (1 - 1e-6) : 0;
-    return ranks.text_of_first(fastest_particle(sets, domain, at_least));
+/// Returns the largest acceleration [m/s²] of the sets' particles by loads, and by forces between particles that do not
+/// limit the time step otherwise. Call it after force_bound().
+template <class Sets, class Ranks>
+double push_acceleration(Sets& sets, double time, int threads, const Ranks& ranks) {
+    double largest = 0;
+    bool any = false;
+    const auto look = [&](auto& set) {
+        for (auto* pushes : {&set.loads, &set.forces}) {
+            if (!*pushes) continue;
+            any = true;
+            largest = std::max(largest, (*pushes)->largest_acceleration(set.particles, time, threads));
+        }
+    };
+    std::apply([&](auto&... set) { (look(set), ...); }, sets);
+    return any ? ranks.largest(largest) : 0;
 }
 
-/// Throws a particle_error because the bound of the time step is zero or not finite.
-/// \param fastest  the largest signal speed [m/s]: zero, or not finite
-[[noreturn, gnu::cold]] inline void throw_at_rest(double fastest) {
+/// Returns the bound of the time step [s] by sources: a burst that is due in the step moves on by at most as much as
+/// particles may in a step. The particles of a source are added at the end of the step, so nothing else limits how far
+/// a fast burst is shot into slow matter.
+template <class Kernel, class Sets, int D>
+double source_bound(const Sets& sets, const Domain<D>& domain, double time) {
+    double bound = std::numeric_limits<double>::infinity();
+    const auto look = [&](const auto& set) {
+        for (const auto& source : set.sources)
+            if (const double due = source.time_of(source.bursts); due <= source.end)
+                bound = std::min(bound, std::max(due - time, 0.0) +
+                                            stable_time_step<Kernel>(domain.cell_size, norm(source.velocity)));
+    };
+    std::apply([&](const auto&... set) { (look(set), ...); }, sets);
+    return bound;
+}
+
+/// Throws a particle_error because the largest signal speed [m/s] of the particles is not finite, or because there are
+/// no particles.
+[[noreturn, gnu::cold]] inline void throw_wrong_signal(double fastest) {
     throw particle_error(
         sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
-                 " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+                 " m/s; there must be particles, their velocities and deformation gradients must be finite, and the "
+                 "moduli positive."));
+}
+/// Throws a particle_error because nothing limits the time step.
+[[noreturn, gnu::cold]] inline double throw_at_rest() {
+    throw particle_error(
+        "Nothing limits the time step: no particle moves, the material has no stiffness, and neither an acceleration "
+        "nor the boundary moves it. Set fixed_time_step, or give the particles a velocity, gravity or a force.");
 }
 
 [[noreturn, gnu::cold]] inline void throw_spoiled(std::uint64_t step) {
@@ -93,5 +119,93 @@ template <class Kernel, class Sets, int D, class Ranks>
     throw particle_error(sentence("At step ", step, " the bound", nowhere, ", and larger steps are not stable. ",
                                   reason, " The simulation cannot go on. States written before are still good."));
 }
+
+/// Returns whether any rank has particles. Collective.
+template <class Sets, class Ranks>
+bool has_particles(const Sets& sets, const Ranks& ranks) {
+    return ranks.sum(std::apply([](const auto&... set) { return (set.particles.size() + ...); }, sets)) > 0;
+}
+/// Returns the time of the next burst of any source [s]; infinite if no burst follows.
+template <class Sets>
+double next_burst(const Sets& sets) {
+    return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets);
+}
+/// Returns whether there are particles, or a source will add some. Collective.
+template <class Sets, class Ranks>
+bool may_have_particles(const Sets& sets, const Ranks& ranks) {
+    return std::isfinite(next_burst(sets)) || has_particles(sets, ranks);
+}
+
+/// The parts of a simulation on which the bound of the time step depends.
+template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
+struct StepInputs {
+    Sets& sets;
+    const Domain<D>& domain;
+    const Boundary& boundary;
+    double time;  ///< present time [s]
+    int threads;  ///< number of threads of loops over particles
+    Ranks ranks;  ///< what the processes of the run tell each other
+
+    double of_boundary() const { return speed_of_boundary<S>(boundary, domain); }
+    double of_forces() const { return force_bound(sets, time, threads); }
+};
+template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
+StepInputs<Kernel, S, Sets, D, Boundary, Ranks> step_inputs(Sets& sets, const Domain<D>& domain,
+                                                            const Boundary& boundary, double time, int threads,
+                                                            const Ranks& ranks) {
+    return {sets, domain, boundary, time, threads, ranks};
+}
+
+/// The bound of the time step, and the accelerations from which it was computed.
+struct StepBound {
+    double step = 0;             ///< the bound, for the present step [s]
+    double acceleration = 0;     ///< the largest acceleration from which the bound was computed [m/s²]
+    double field_at_nodes = -1;  ///< the largest acceleration of a field at nodes in the last step; −1: it had none
+
+    /// Computes the bound for prepared particles, under an acceleration: a vector or a field.
+    /// \return  the bound [s]; infinite if nothing limits the time step
+    /// \throws parameter_error  if the acceleration is not finite
+    template <class Inputs, class Acceleration>
+    double find(const Inputs& of, const Acceleration& given) {
+        if constexpr (is_uniform<Acceleration>)
+            return find(of, norm(cast<double>(given)));
+        else
+            return find(of, field_at_nodes >= 0
+                                ? field_at_nodes
+                                : of.ranks.largest(acceleration_at_particles(of.sets, given, of.threads)));
+    }
+    template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
+    double find(const StepInputs<Kernel, S, Sets, D, Boundary, Ranks>& of, double given) {
+        const double fastest = fastest_signal(of.sets), h = of.domain.cell_size;
+        if (!(fastest > 0) && std::isfinite(next_burst(of.sets)) && !has_particles(of.sets, of.ranks))
+            return step = next_burst(of.sets) - of.time;  // a source will add the first particles
+        const double of_forces = of.of_forces();
+        acceleration = std::max(given, push_acceleration(of.sets, of.time, of.threads, of.ranks));
+        step = std::min({stable_time_step<Kernel>(h, std::max(fastest, of.of_boundary()), acceleration), of_forces,
+                         source_bound<Kernel>(of.sets, of.domain, of.time)});
+        return step;
+    }
+
+    /// Returns a sentence that tells what limits the time step.
+    template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
+    [[gnu::cold]] std::string reason(const StepInputs<Kernel, S, Sets, D, Boundary, Ranks>& of) const {
+        const double fastest = fastest_signal(of.sets), of_boundary = of.of_boundary();
+        const double of_signals = stable_time_step<Kernel>(of.domain.cell_size, std::max(fastest, of_boundary));
+        const double of_acceleration = acceleration_time_step(of.domain.cell_size, acceleration);
+        if (of.of_forces() < std::min(of_signals, of_acceleration))
+            return "It is set by forces between particles: take softer ones, or larger masses.";
+        if (of_acceleration < of_signals)
+            return sentence("It is set by an acceleration of ", acceleration,
+                            " m/s^2, which moves matter at rest by a sixteenth of a cell in such a step.");
+        if (of_boundary > fastest)
+            return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
+        const double at_least = of.ranks.share().parts > 1 ? fastest * (1 - 1e-6) : 0;
+        return of.ranks.text_of_first(fastest_particle(of.sets, of.domain, at_least));
+    }
+    /// Returns whether an acceleration limits the time step, and nothing else does so more.
+    bool is_of_acceleration(double cell_size) const {
+        return acceleration > 0 && !(step < acceleration_time_step(cell_size, acceleration));
+    }
+};
 
 }  // namespace firn::detail

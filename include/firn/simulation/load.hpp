@@ -5,6 +5,8 @@
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/push.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -27,30 +29,66 @@ template <std::floating_point S, int D>
 class Loads final : public Push<S, D> {
 public:
     std::unique_ptr<Push<S, D>> copy() const override { return std::make_unique<Loads>(*this); }
-    void add(Load<D> load) { loads_.push_back(std::move(load)); }
+    void add(Load<D> load) {
+        loads_.push_back(std::move(load));
+        forget();
+    }
+
+    /// Keeps the forces for the push() that follows, if there is only one load.
+    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override {
+        are_known_ = loads_.size() == 1;
+        if (are_known_) renew(known_, particles.slots(), threads);
+        struct alignas(64) OfThread {
+            double largest = 0;
+        };
+        std::vector<OfThread> all{std::size_t(thread_count(threads))};
+        for_particles(particles, threads, [&](std::size_t slot, int thread) {
+            Vec<double, D> sum{};
+            for (const Load<D>& load : loads_)
+                if (load.body.holds(particles.id(slot))) sum += load.force(particles.exact_position(slot), time);
+            if (are_known_) known_[slot] = sum;
+            double& largest = all[std::size_t(thread)].largest;
+            const double acceleration = norm(sum) / double(particles.mass(slot));
+            if (std::isfinite(acceleration)) largest = std::max(largest, acceleration);
+        });
+        double largest = 0;
+        for (const OfThread& of_thread : all) largest = std::max(largest, of_thread.largest);
+        return largest;
+    }
+    void forget() override { are_known_ = false; }
 
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         for (const Load<D>& load : loads_) {
             LowestId wrong;
-            parallel_for(
-                particles.slots() / pack_size, threads,
-                [&](std::size_t pack, int) {
-                    for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
-                        if (!particles.is_particle(slot) || !load.body.holds(particles.id(slot))) continue;
-                        const Vec<double, D> force = load.force(particles.exact_position(slot), now.time);
-                        const Vec<S, D> after =
-                            particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
-                        particles.set_velocity(slot, after);
-                        if (!is_finite(after)) wrong.see(particles.id(slot));
-                    }
-                },
-                64);
+            for_particles(particles, threads, [&](std::size_t slot, int) {
+                if (!load.body.holds(particles.id(slot))) return;
+                const Vec<double, D> force =
+                    are_known_ ? known_[slot] : load.force(particles.exact_position(slot), now.time);
+                const Vec<S, D> after = particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
+                particles.set_velocity(slot, after);
+                if (!is_finite(after)) wrong.see(particles.id(slot));
+            });
             wrong.refuse("a load", now, dt);
         }
+        forget();
     }
 
 private:
+    /// Calls body(slot, thread) for every particle.
+    template <class Body>
+    static void for_particles(const ParticleStore<S, D>& particles, int threads, const Body& body) {
+        parallel_for(
+            particles.slots() / pack_size, thread_count(threads),
+            [&](std::size_t pack, int thread) {
+                for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot)
+                    if (particles.is_particle(slot)) body(slot, thread);
+            },
+            64);
+    }
+
     std::vector<Load<D>> loads_;
+    aligned_vector<Vec<double, D>> known_;  // the force on the particle in each slot [N]
+    bool are_known_ = false;                // whether these are the forces at the particles' present positions
 };
 
 }  // namespace detail

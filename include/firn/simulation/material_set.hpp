@@ -343,6 +343,11 @@ struct MaterialSet {
         if (loads && forces) forces->forget();
         if (forces) forces->push(particles, now, dt, threads);
     }
+    /// Lets loads and forces forget what they know of the particles, as these have moved to other slots.
+    void forget_pushes() {
+        if (loads) loads->forget();
+        if (forces) forces->forget();
+    }
 
 private:
     static bool has_ended(const Body& body, double time) { return body.count > 0 && body.end <= time; }

@@ -49,6 +49,9 @@ public:
     virtual double largest_step(const ParticleStore<S, D>&, double /* time */, int /* threads */) {
         return std::numeric_limits<double>::infinity();
     }
+    /// Returns the largest acceleration [m/s²] that a particle gets from loads, and from forces that do not limit the
+    /// time step by their stiffness or damping.
+    virtual double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) = 0;
     /// Discards the copies of particles. Call it when particles were moved to other slots, or when other code has
     /// changed the velocities of particles.
     virtual void forget() {}

@@ -10,6 +10,7 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/simulation/fracture.hpp>
 #include <firn/simulation/slow_strain.hpp>
 #include <firn/sort/radix_sort.hpp>
 
@@ -274,31 +275,37 @@ public:
 
     /// Returns a warning if the fixed time step [s] is above the bound [s], and their ratio has grown by at least a
     /// fifth since the last warning; otherwise an empty string.
+    /// \param by_acceleration  whether an acceleration sets the bound
     template <class Warn>
-    std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
+    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, const Warn& warn) {
         const double ratio = fixed / bound;
         if (ratio < 1.2 * said_ratio_ || std::isinf(said_ratio_)) return {};
         said_ratio_ = ratio;
         if (!warn) return {};
+        const char* const outcome =
+            by_acceleration ? ", which is set by gravity or another acceleration; matter falls too far in a step, and "
+                              "may pass what it should meet."
+                            : "; the simulation may become unstable.";
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
-                        step, "; the simulation may become unstable.");
+                        step, outcome);
     }
-    /// Returns the first of the warnings of_the_end() and SlowStrain::look(); an empty string if there is none.
+    /// Returns a warning if matter has reached a face of the domain, and not all faces have walls, if matter that bears
+    /// tension is stretched farther than the kernel joins its particles (both are looked for every 32nd step only), or
+    /// that of SlowStrain::look(); otherwise an empty string.
     /// \param now  before a step
-    template <class Transfer, class Sets, int D, class Boundary, class Ranks>
-    std::string of_matter(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Moment& now,
+    template <class Kernel, class Transfer, class Sets, int D, class Boundary, class Ranks>
+    std::string of_matter(Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Moment& now, int threads,
                           const Ranks& ranks) {
-        const std::string text = of_the_end(sets, domain, boundary, now.steps, ranks);
+        std::string text;
+        if (now.steps % 32 == 0 && !end_said_ && !has_all_walls(boundary, domain)) {
+            text = ranks.text_of_first(matter_at_the_end(sets, domain));
+            end_said_ = !text.empty();
+        }
+        if (now.steps % 32 == 0 && text.empty() && !stretch_said_) {
+            text = ranks.text_of_first(too_far_stretched_of<Kernel>(sets, domain, threads));
+            stretch_said_ = !text.empty();
+        }
         return text.empty() ? slow_strain_.look<Transfer>(sets, now, ranks) : text;
-    }
-    /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
-    /// string. Checks only every 32nd step.
-    template <class Sets, int D, class Boundary, class Ranks>
-    std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step,
-                           const Ranks& ranks) {
-        if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
-        std::string text = ranks.text_of_first(matter_at_the_end(sets, domain));
-        end_said_ = !text.empty();
         return text;
     }
     /// Gives a warning if the samples of a new body are further apart than the cell size.
@@ -342,7 +349,8 @@ private:
 
     double largest_ = 0, said_ratio_ = 1 / 1.2;
     SlowStrain slow_strain_;
-    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false;
+    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
+         stretch_said_ = false;
 };
 
 }  // namespace firn::detail

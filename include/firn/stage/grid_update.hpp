@@ -36,6 +36,21 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
+/// Returns the square of the acceleration of a field that limits the time step [m²/s⁴]: that of matter at rest, or that
+/// at its velocity if this is smaller. So a drag or a brake, which is strong only until it has acted, limits nothing.
+/// \param field  as for acceleration_at
+template <scalar S, int D, class Field>
+FIRN_INLINE S squared_acceleration(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
+                                   const S& dt) {
+    const Vec<S, D> at_rest = acceleration_at(field, position, Vec<S, D>::zero(), dt);
+    S squared = dot(at_rest, at_rest);
+    if constexpr (detail::takes<Field, Vec<S, D>, Vec<S, D>, S>) {
+        const Vec<S, D> moving = acceleration_at(field, position, velocity, dt);
+        squared = min(squared, dot(moving, moving));
+    }
+    return squared;
+}
+
 /// Returns the velocity of a node after a step: momentum divided by mass, plus acceleration times dt, then changed by
 /// the boundary.
 ///

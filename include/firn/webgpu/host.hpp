@@ -41,6 +41,7 @@ struct Status {
     float most_particles;  ///< largest number of particles with the same base node (first node that they touch)
     float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
     float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
+    float largest_acceleration;  ///< largest acceleration of the field at a node that limits the time step [m/s²]
 };
 
 namespace detail {
@@ -225,7 +226,8 @@ public:
     Status status() {
         const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
-        return {words.at(0), words.at(1), number(2), number(3), number(4), number(5), number(6), number(7), number(8)};
+        return {words.at(0), words.at(1), number(2), number(3), number(4),
+                number(5),   number(6),   number(7), number(8), number(19)};
     }
 
     /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,

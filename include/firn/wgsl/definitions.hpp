@@ -167,15 +167,19 @@ void add_p2g(Module& module) {
         });
 }
 
-/// Adds the function stable_step to the module: the largest stable time step [s]. \see stage/time_step.hpp
+/// Adds the functions stable_step and accelerated_step to the module: the largest time steps [s] for a signal speed and
+/// for an acceleration. \see stage/time_step.hpp
 template <class Kernel>
 void add_time_step(Module& module) {
     using R = recorded;
     module.function<R>("stable_step", "firn/stage/time_step.hpp: the largest stable time step", {"signal_speed"},
                        [](const R& speed) { return stable_time_step<Kernel>(detail::cell_size(), speed); });
+    module.function<R>("accelerated_step", "firn/stage/time_step.hpp: the largest time step for an acceleration",
+                       {"acceleration"}, [](const R& a) { return acceleration_time_step(detail::cell_size(), a); });
 }
 
-/// Adds the function of the grid update to the module: velocity_of_node, which returns a node's new velocity. \see
+/// Adds the functions of the grid update to the module: velocity_of_node, which returns a node's new velocity, and
+/// acceleration_of, which returns the size of the field's acceleration that limits the time step. \see
 /// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
@@ -187,6 +191,11 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
             return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
                                  on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size()));
         });
+    module.function<V, V>("acceleration_of", std::string(Field::name) + ": what limits the time step [m/s^2]",
+                          {"position", "velocity"}, [&](const V& position, const V& velocity) {
+                              return sqrt(squared_acceleration(detail::with_uniforms(field, "field"), position,
+                                                               velocity, detail::time_step()));
+                          });
 }
 
 /// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the

@@ -19,7 +19,7 @@ namespace firn::wgsl::text {
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
-// step, 11 time. Numbers are f32 bits: of positive ones the order is the same.
+// step, 11 time, 19 largest acceleration. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -61,13 +61,18 @@ struct TimeStep {
 }
 var<private> chosen: TimeStep;
 
-/// The given time step, or the bound if that is asked for and shorter. The signal speed is that after the last step.
+fn bound_time_step(bound: f32) {
+    if (bound < chosen.time_step) { chosen = TimeStep(bound, bound / params.cell_size); }
+}
+/// The given time step, or the bound if that is asked for and shorter. The signal speed is that after the last step, the
+/// acceleration that of the last step.
 fn choose_time_step() {
     chosen = TimeStep(params.time_step, params.place_per_velocity);
     let speed = bitcast<f32>(atomicLoad(&status[2]));
-    if (params.bound_time_step != 0u && speed > 0.0f) {
-        let bound = stable_step(speed);
-        if (bound < chosen.time_step) { chosen = TimeStep(bound, bound / params.cell_size); }
+    let acceleration = bitcast<f32>(atomicLoad(&status[19]));
+    if (params.bound_time_step != 0u) {
+        if (speed > 0.0f) { bound_time_step(stable_step(speed)); }
+        if (acceleration > 0.0f && is_finite(acceleration)) { bound_time_step(accelerated_step(acceleration)); }
     }
     atomicStore(&status[9], bitcast<u32>(chosen.time_step));
     atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));
@@ -75,6 +80,14 @@ fn choose_time_step() {
 }
 fn read_time_step() {
     chosen = TimeStep(bitcast<f32>(atomicLoad(&status[9])), bitcast<f32>(atomicLoad(&status[10])));
+}
+)";
+
+/// WGSL text of a function that keeps the largest acceleration of the field, which limits the next time step.
+inline constexpr const char* acceleration = R"(
+fn see_acceleration(position: ${VEC}, velocity: ${VEC}) {
+    let size = bitcast<u32>(acceleration_of(position, velocity));
+    if (size > atomicLoad(&status[19])) { atomicMax(&status[19], size); } // few do, of many
 }
 )";
 
@@ -89,6 +102,7 @@ fn clear(${INVOCATION}) {
         choose_time_step();${CHOOSE_SHARE}
         atomicStore(&status[1], 0xffffffffu); // no particle
         for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
+        atomicStore(&status[19], 0u);
     }
     if (i >= node_count()) { return; }
     for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }${CLEAR_RATES}
@@ -295,6 +309,7 @@ fn grid_update(${INVOCATION}) {
     let at = ${NODE_AT};
     let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
+    see_acceleration(position, momentum * (1.0f / mass));
     nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
 }
 )";
@@ -411,6 +426,9 @@ fn initialise(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles) {
         let state = load_state(i);
+        let base = base_node_of(load_place(i));
+        let at = vec${D}<u32>(nodes_from(base + load_corner(i)));
+        see_acceleration(${VEC}(${COORDINATES}) + params.cell_size * (load_place(i) - base), load_velocity(i));
         store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }

@@ -79,17 +79,18 @@ struct MirroredWall {
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
 /// program.
 struct Program {
-    std::string name;         ///< the dimension and the names of the policies, joined by _
-    int dimension;            ///< dimension of space: 2 or 3
-    std::string kernel,       ///< name of the kernel
-        transfer,             ///< name of the transfer
-        force,                ///< name of the force form: MLS or weight gradients
-        material,             ///< name of the material
-        boundary,             ///< name of the boundary
-        field,                ///< name of the acceleration field
-        volume{};             ///< name of the volumetric policy; empty if it is OwnVolume
-    int workgroup_size;       ///< number of invocations per workgroup in most entry points
-    double time_step_safety;  ///< firn::time_step_safety of the kernel
+    std::string name;            ///< the dimension and the names of the policies, joined by _
+    int dimension;               ///< dimension of space: 2 or 3
+    std::string kernel,          ///< name of the kernel
+        transfer,                ///< name of the transfer
+        force,                   ///< name of the force form: MLS or weight gradients
+        material,                ///< name of the material
+        boundary,                ///< name of the boundary
+        field,                   ///< name of the acceleration field
+        volume{};                ///< name of the volumetric policy; empty if it is OwnVolume
+    int workgroup_size;          ///< number of invocations per workgroup in most entry points
+    double time_step_safety;     ///< firn::time_step_safety of the kernel
+    double acceleration_safety;  ///< firn::acceleration_safety
     /// Lower corner of the room between walls [m], if the program shifts particles; −∞ along an axis without a wall.
     std::vector<double> room_lower{};
     /// Upper corner of the room between walls [m], if the program shifts particles; ∞ along an axis without a wall.
@@ -244,7 +245,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", facts.filters_volume ? 20 : 16);
+    add("status", "u32", status, "program", 20);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
@@ -313,7 +314,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     };
     const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
     const int size = facts.workgroup_size;
-    Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
+    Bindings first{{motion, true},     {stress, true}, {state, true},
+                   {constants, false}, {status, true}, {coordinates, false}};
     if (facts.rate_dependent) first.emplace_back(affine, true);
     add("initialise", "particle", size, first);
     const bool sums_rates = facts.averages_volume || facts.filters_volume;

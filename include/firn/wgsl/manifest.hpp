@@ -73,9 +73,10 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 /// integers, the other as vectors. Each entry point uses at most one of the two. Besides the names of the policies
 /// (kernel, transfer, material, …), the manifest has these entries:
 ///
-///     time_step_safety  f: the stable time step, or bound, is f h / (the largest signal speed of the particles), where
-///                  h is the cell size. If the uniform bound_time_step is 1, a step takes the bound if that is shorter
-///                  than the uniform time_step.
+///     time_step_safety, acceleration_safety  f and g: the bound of the time step is the smaller one of f h / (the
+///                  largest signal speed of the particles) and g √(h / the largest acceleration), where h is the cell
+///                  size. If the uniform bound_time_step is 1, a step takes the bound if that is shorter than the
+///                  uniform time_step.
 ///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
@@ -96,9 +97,10 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
 ///     status       for each status word its index in the buffer "status". The words error and particle are of type
 ///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
-///                  of all steps since the host set it to 0 [s]. Only if there is an entry `volume`, the name of a
-///                  volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0 and the rate
-///                  of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
+///                  of all steps since the host set it to 0 [s]; largest_acceleration is that of the field
+///                  at the nodes of the last step [m/s²]. Only if there is an entry `volume`,
+///                  the name of a volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0
+///                  and the rate of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
@@ -115,6 +117,7 @@ inline std::string manifest(const Program& program) {
         if (!program.volume.empty()) json.field("volume", program.volume);
         json.field("workgroup_size", program.workgroup_size);
         json.field("time_step_safety", program.time_step_safety);
+        json.field("acceleration_safety", program.acceleration_safety);
         json.key("uniforms").object([&] {
             json.field("binding", 0)
                 .field("bytes", program.uniform_bytes)
@@ -175,6 +178,7 @@ inline std::string manifest(const Program& program) {
                 for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
                     json.field(name, word++);
             if (program.has("filter_volumes")) json.field("filter_share", word++);
+            json.field("largest_acceleration", 19);
         });
         json.key("errors").object([&] {
             const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();

@@ -139,6 +139,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.name = detail::name_of(program);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
+    program.acceleration_safety = acceleration_safety;
 
     detail::UniformLayout uniforms(program);
     detail::add_uniforms(uniforms, D);

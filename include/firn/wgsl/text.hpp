@@ -86,7 +86,7 @@ public:
         return filled(text::helpers) + (gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points(const Program& program) const {
-        return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
+        return filled(text::time_step) + filled(text::acceleration) + filled(text::clear) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
                mirrors(program) + volume(program) +

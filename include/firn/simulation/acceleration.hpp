@@ -1,0 +1,52 @@
+/// \file The largest acceleration that acts on matter, which limits the time step.
+#pragma once
+
+#include <firn/core/parallel.hpp>
+#include <firn/exec/grid_update.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+#include <vector>
+
+namespace firn::detail {
+
+/// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
+/// later, the grid update tells the largest at the nodes. \see squared_acceleration
+/// \param sets  a tuple of MaterialSet
+template <class Sets, class Acceleration>
+[[gnu::cold]] double acceleration_at_particles(const Sets& sets, const Acceleration& acceleration, int threads) {
+    using S = typename std::tuple_element_t<0, Sets>::S;
+    using P = native_pack<S>;
+    constexpr int D = std::tuple_element_t<0, Sets>::dimension, lanes = scalar_traits<P>::lanes;
+    const auto field = lifted_acceleration<P>(acceleration);
+    double squared = 0;
+    const auto look = [&](const auto& set) {
+        const auto& particles = set.particles;
+        std::vector<double> largest(std::size_t(threads), 0.0);
+        const auto see = [&](std::size_t pack, int thread) {
+            for (std::size_t first = pack * pack_size; first < (pack + 1) * pack_size; first += lanes) {
+                S x[D][lanes] = {}, v[D][lanes] = {}, matter[lanes] = {};
+                for (int lane = 0; lane < lanes; ++lane) {
+                    const std::size_t slot = first + std::size_t(lane);
+                    if (!particles.is_particle(slot)) continue;
+                    const Vec<S, D> position = particles.position(slot), velocity = particles.velocity(slot);
+                    for (int a = 0; a < D; ++a) x[a][lane] = position[a], v[a][lane] = velocity[a];
+                    matter[lane] = 1;
+                }
+                Vec<P, D> at, moving;
+                unroll<D>([&](auto a) FIRN_LAMBDA { at.v[a] = P::load(x[a]), moving.v[a] = P::load(v[a]); });
+                const P all = squared_acceleration(field, at, moving, P(0));
+                const double most = double(reduce_max(select(P(0) < P::load(matter), all, P(0))));
+                if (std::isfinite(most)) largest[std::size_t(thread)] = std::max(largest[std::size_t(thread)], most);
+            }
+        };
+        parallel_for(particles.slots() / pack_size, threads, see, 64);
+        squared = std::max(squared, *std::max_element(largest.begin(), largest.end()));
+    };
+    std::apply([&](const auto&... set) { (look(set), ...); }, sets);
+    return std::sqrt(squared);
+}
+
+}  // namespace firn::detail
