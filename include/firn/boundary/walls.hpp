@@ -121,35 +121,26 @@ struct Walls {
     }
 
     /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
+        return velocity_among(*this, x, v, NoOthers{}, AnySurface{});
+    }
+
+    /// Calls seen(surface) for each face that acts on a node at x [m]. \see has_acting_surfaces
+    template <class Others, class Seen>
+    FIRN_INLINE void acting_surfaces(const Vec<S, D>& x, const Vec<S, D>&, const Others&, const Seen& seen) const {
         unroll<D>([&](auto axis) FIRN_LAMBDA {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
-            const Wall &low = at_lower[axis], &high = at_upper[axis];
             const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : slack(axis);
-            v = select(x.v[axis] <= lower.v[axis] + near,
-                       velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
-            v = select(x.v[axis] >= upper.v[axis] - near,
-                       velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
+            const auto face = [&](const Wall& wall, const mask_t<S>& acts, const S& distance, const Vec<S, D>& normal)
+                                  FIRN_LAMBDA {
+                if (wall.contact != Contact::none && any(acts))
+                    seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(), wall.contact, S(wall.friction),
+                                             true});
+            };
+            face(at_lower[axis], x.v[axis] <= lower.v[axis] + near, x.v[axis] - lower.v[axis], inward);
+            face(at_upper[axis], x.v[axis] >= upper.v[axis] - near, upper.v[axis] - x.v[axis], -inward);
         });
-        return v;
-    }
-
-    /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles. \see GapContact
-    template <class Act>
-    Vec<S, D> velocity_by_gap(const Vec<S, D>& x, Vec<S, D> v, const Act& act) const {
-        // Faces that were given in float, and nodes in double, differ by more than slack(), which is that of S.
-        const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : S(1e-4) * S(act.cell_size);
-        const Vec<S, D> at_rest = Vec<S, D>::zero();
-        for (int a = 0; a < D; ++a) {
-            Vec<S, D> inward = Vec<S, D>::zero();
-            inward[a] = S(1);
-            const Wall &low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
-            const S above = x[a] - lower[a], below = upper[a] - x[a];
-            if (above <= near) v = act(v, above, inward, at_rest, low.contact, S(low.friction));
-            if (below <= near) v = act(v, below, -inward, at_rest, high.contact, S(high.friction));
-        }
-        return v;
     }
 
     /// Calls `seen` for every face; the normals point into the box. \see has_surfaces
