@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/core/names.hpp>
 
@@ -68,6 +69,15 @@ struct BoundaryList {
         BoundaryList there;
         there.all.reserve(all.size());
         for (const B& one : all) there.all.push_back(firn::on_grid(one, h));
+        return there;
+    }
+
+    /// Returns the list for positions that are measured from `corner` [m]. \see firn::measured_from
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        firn::BoundaryList<decltype(firn::measured_from(std::declval<const B&>(), corner))> there;
+        there.all.reserve(all.size());
+        for (const B& one : all) there.all.push_back(firn::measured_from(one, corner));
         return there;
     }
 

@@ -131,6 +131,22 @@ struct Collider {
         there.cell_size = h;
         return there;
     }
+    /// Returns the collider for positions that are measured from `corner` [m]. \see firn::measured_from
+    Collider measured_from(const Vec<double, D>& corner) const
+        requires std::floating_point<S>
+    {
+        Collider there = *this;
+        if constexpr (requires { shape.from_its_place(); }) {
+            // Far from its origin, a shape would be known to a few digits only.
+            const auto [moved, origin] = shape.from_its_place();
+            const Vec<double, D> arm = matrix_of(rotation) * origin;
+            there.shape = moved;
+            there.position += arm;
+            there.linear_velocity += skew(angular_velocity) * arm;
+        }
+        there.position -= corner;
+        return there;
+    }
     /// The thickness of the layer around the solid [m].
     FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
@@ -276,7 +292,7 @@ private:
     template <class Tell>
     FIRN_INLINE void find_corner(mask_t<S> found, const S& thick, const Vec<S, D>& local, const S& distance,
                                  const Vec<S, D>& normal, const Vec<S, D>& v, const Tell& tell) const {
-        constexpr double corner = 0.7;  // cosine of the angle between normals from which faces meet in a corner
+        constexpr double corner = 0.8;  // cosine of the angle between normals from which faces meet in a corner
         const S cell = S(cell_size);
         const auto along = [&](const Vec<S, D>& left) FIRN_LAMBDA {
             const S square = dot(left, left);

@@ -13,6 +13,8 @@
 ///     void check()                       throws parameter_error if a parameter is out of range
 ///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
+///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m, double];
+///                                        for boundaries that are to work in domains far from 0
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
 ///     void acting_surfaces(x, v, others, seen)  calls seen(surface) for each surface that acts on a node; see

@@ -3,6 +3,7 @@
 
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/contact.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/names.hpp>
 
 #include <concepts>
@@ -70,6 +71,12 @@ struct GapContact {
     template <class H>
     GapContact on_grid(const H& h) const {
         return {firn::on_grid(boundary, h)};
+    }
+
+    /// Returns this boundary for positions that are measured from `corner` [m].
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        return firn::GapContact<decltype(firn::measured_from(boundary, corner))>{firn::measured_from(boundary, corner)};
     }
 
     /// Does not compile: the velocity of a node depends on the particles around it, which only act_by_gap() knows.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 
@@ -86,6 +87,16 @@ struct Together {
     template <class H>
     FIRN_INLINE Together on_grid(const H& h) const {
         return std::apply([&](const auto&... part) { return Together(firn::on_grid(part, h)...); }, parts);
+    }
+
+    /// Returns this boundary for positions that are measured from `corner` [m]. \see firn::measured_from
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        return std::apply(
+            [&](const auto&... part) {
+                return firn::Together<decltype(firn::measured_from(part, corner))...>(firn::measured_from(part, corner)...);
+            },
+            parts);
     }
 
     /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.

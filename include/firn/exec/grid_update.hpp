@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
@@ -11,6 +12,9 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -18,24 +22,56 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the acceleration in a form that can be evaluated for a register of nodes. An acceleration field with
-/// parameters is converted by lift(); any other acceleration is returned unchanged.
-template <class P, class Acceleration>
-FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
-    if constexpr (has_parameters<Acceleration>)
-        return lift<P>(acceleration);
-    else
+/// Returns the acceleration in a form that can be evaluated for a register of nodes, at positions that are measured from
+/// `corner` [m]. An acceleration field with parameters is converted by lift().
+template <class P, int D, class Acceleration>
+FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration, const Vec<double, D>& corner) {
+    if constexpr (requires { acceleration.measured_from(corner); })
+        return lift<P>(acceleration.measured_from(corner));
+    else if constexpr (!field_sees_metres<Acceleration, D>)
         return acceleration;
+    else if constexpr (has_parameters<Acceleration>)
+        return FieldInMetres<with_scalar_t<Acceleration, P>, D>{lift<P>(acceleration), corner};
+    else
+        return FieldInMetres<Acceleration, D>{acceleration, corner};
+}
+
+/// \param offset  where the domain may begin instead of at 0; empty if that does not help
+[[noreturn, gnu::cold]] inline void throw_too_few_digits(const char* what, double farthest, double digit, double fine,
+                                                         const std::string& offset) {
+    throw parameter_error(sentence(
+        what, " gets positions up to ", farthest, " m, whose last digit is ", digit,
+        " m in this precision; that must not be above a thousandth of a cell, ", fine, " m. Compute in double",
+        offset.empty() ? "" : ", or move the domain and all that is in it by minus " + offset + " m", "."));
+}
+
+/// Checks that numbers of type S have digits enough for the positions in a domain.
+/// \param what  who gets the positions, for the message
+/// \throws parameter_error  if the last digit of a position is above a thousandth of a cell
+template <std::floating_point S, int D>
+void require_digits(const Domain<D>& domain, const char* what) {
+    const auto last_digit = [](double x) { return double(std::nextafter(S(x), S(2) * S(x)) - S(x)); };
+    double farthest = 0, extent = 0;
+    for (int a = 0; a < D; ++a) {
+        farthest = std::max({farthest, std::abs(domain.lower[a]), std::abs(domain.upper[a])});
+        extent = std::max(extent, domain.upper[a] - domain.lower[a]);
+    }
+    const double fine = 1e-3 * domain.cell_size;
+    if (!(last_digit(farthest) > fine)) return;
+    throw_too_few_digits(what, farthest, last_digit(farthest), fine,
+                         last_digit(extent) > fine ? "" : point_text(domain.lower.v, D));
 }
 
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
 /// compiler can use all registers in each instance of it.
+/// Positions are measured from a corner of the grid, as by `acceleration` and `boundary`.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
 /// \param reactions  array with one Reaction for each part of the boundary; nullptr if reactions are not wanted. The
 ///                   impulse of each part on matter is added to the Reaction of this part.
+/// \param corner     the corner [m]
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                                    const Boundary& boundary, OfParts reactions) {
+                                    const Boundary& boundary, OfParts reactions, const Vec<double, D>& corner) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     for (int from = 0; from < block_nodes<D>; from += lanes) {
@@ -59,7 +95,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
         if constexpr (std::same_as<OfParts, std::nullptr_t>)
             v = update(boundary);
         else
-            v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions});
+            v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions, corner});
         unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
         store_quads(r, nodes + from * node_width);
     }
@@ -85,10 +121,14 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     static_assert(firn::boundary<Boundary, S, D>,
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     check_step(dt);
-    const double h = grid.domain().cell_size;
-    const Boundary here = on_grid(boundary, h);
+    const Domain<D>& domain = grid.domain();
+    const double h = domain.cell_size;
+    const Vec<double, D> corner = domain.lower;
+    if constexpr (sees_metres<Boundary, D>()) require_digits<S>(domain, "A boundary of your own");
+    if constexpr (field_sees_metres<Acceleration, D>) require_digits<S>(domain, "An acceleration field of your own");
+    const auto here = on_grid(measured_from(boundary, corner), h);
     const auto lifted = lift<native_pack<S>>(here);
-    const auto field = lifted_acceleration<native_pack<S>>(acceleration);
+    const auto field = lifted_acceleration<native_pack<S>>(acceleration, corner);
 
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
@@ -101,18 +141,18 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     const auto update = [&](std::size_t b, int) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
-            low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
+            low[a] = distance_of_place(domain, grid.block(b), a, 0);
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);
         if (!here.reaches(low, high)) {
-            update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
+            update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr, corner);
         } else if (reactions && ranks_of(execution).template counts<D>(b)) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
-            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block);
+            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block, corner);
         } else {
-            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr);
+            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr, corner);
         }
     };
     parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);

@@ -76,12 +76,13 @@ void begin_reactions(Reactions<D>& reactions, const Boundary& boundary) {
 }
 
 /// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
-/// to `parts`.
+/// to `parts`. Positions are measured from `corner` [m].
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;
     const P& mass;
     Reaction<D>* parts;
+    const Vec<double, D>& corner;
 
     FIRN_INLINE Vec<P, D> velocity(const Vec<P, D>& x, const Vec<P, D>& v) const {
         const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) {
@@ -89,7 +90,7 @@ struct Watched {
             for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
                 Vec<double, D> at{}, change{};
                 for (int a = 0; a < D; ++a) {
-                    at[a] = double(lane_value(x[a], lane));
+                    at[a] = double(lane_value(x[a], lane)) + corner[a];
                     change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
                 }
                 add_impulse(sum, at, double(lane_value(mass, lane)), change);

@@ -10,6 +10,7 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/simulation/walls_between_nodes.hpp>
 #include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
@@ -109,9 +110,10 @@ template <class Sets, class Boundary, int D>
         std::size_t inside = 0, all = 0;
         double deepest = 0.1 * domain.cell_size;
         ParticleOfBody<D> where{};
+        const auto here = measured_from(boundary, domain.lower);
         for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
             double depth = 0;
-            boundary.surfaces(cast<S>(one.x), [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
+            here.surfaces(cast<S>(one.x - domain.lower), [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
                 if (contact != Contact::none) depth = std::max(depth, -double(distance));
             });
             ++all;
@@ -302,7 +304,8 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty() && speaks) warn(text);
     }
-    /// Gives warnings before the first step: if walls do not coincide with the faces of the domain, if particles lie
+    /// Gives warnings before the first step: if walls do not coincide with the faces of the domain, if walls stand between
+    /// planes of nodes, if particles lie
     /// inside solids of the boundary, or if bodies overlap.
     /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
     template <class Sets, int D, class Boundary, class Warn, class Ranks>
@@ -311,7 +314,7 @@ public:
         if (!warn || started_) return;
         started_ = true;
         for (const std::string& here :
-             {other_walls(boundary, domain), matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
+             {other_walls(boundary, domain), walls_between_nodes(boundary, domain), matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
             if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
     }
 

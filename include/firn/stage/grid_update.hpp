@@ -36,6 +36,33 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
+/// An acceleration field of a program's own, for positions that are measured from a corner: it gets the positions that
+/// it knows.
+template <class Field, int D>
+struct FieldInMetres {
+    Field field;            ///< the field
+    Vec<double, D> corner;  ///< the position that positions are measured from [m]
+
+    /// Returns the acceleration [m/s²] at a position [m], measured from the corner.
+    template <class S>
+        requires detail::takes<Field, Vec<S, D>>
+    FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
+        return detail::call(field, x + cast<S>(corner));
+    }
+    template <class S>
+        requires detail::takes<Field, Vec<S, D>, Vec<S, D>, S>
+    FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
+        return detail::call(field, x + cast<S>(corner), v, dt);
+    }
+};
+
+/// Whether an acceleration of type A depends on positions, and gets them as they are, because it does not have
+/// measured_from(corner).
+template <class A, int D>
+inline constexpr bool field_sees_metres =
+    !requires(const A field, const Vec<double, D> corner) { field.measured_from(corner); } &&
+    !requires(const A vector) { Vec<double, D>(cast<double>(vector)); };
+
 /// Returns the velocity of a node after a step: momentum divided by mass, plus acceleration times dt, then changed by
 /// the boundary.
 ///
@@ -60,6 +87,11 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
 struct NoBoundary {
     static constexpr const char* name = "no_boundary";
 
+    /// Returns this boundary.
+    template <int D>
+    NoBoundary measured_from(const Vec<double, D>&) const {
+        return {};
+    }
     /// Returns the velocity v unchanged.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
