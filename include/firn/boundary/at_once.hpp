@@ -1,4 +1,5 @@
-/// \file What all surfaces near a node do to its velocity, at once: walls, the parts of a boundary, the faces of a shape.
+/// \file What all surfaces near a node do to its velocity, at once: walls, the parts of a boundary, the faces of a
+/// shape.
 ///
 /// The velocity changes as little as possible so that no surface is entered. This is the projection of the velocity
 /// onto the set that all surfaces allow; at most three surfaces hold the result. Friction then acts along the surfaces
@@ -137,9 +138,8 @@ private:
     /// Returns whether a demand comes before another one that is missed by as much. The order is one of their numbers,
     /// so that it is not that of the list.
     FIRN_INLINE static mask_t<S> comes_first(const Demand<S>& a, const Demand<S>& b) {
-        const auto after = [](const S& p, const S& q, const mask_t<S>& rest) FIRN_LAMBDA {
-            return (p < q) | ((p == q) & rest);
-        };
+        const auto after = [](const S& p, const S& q, const mask_t<S>& rest)
+                               FIRN_LAMBDA { return (p < q) | ((p == q) & rest); };
         mask_t<S> first = b.friction < a.friction;
         for (int i = 2; i >= 0; --i) first = after(a.velocity.v[i], b.velocity.v[i], first);
         for (int i = 2; i >= 0; --i) first = after(a.normal.v[i], b.normal.v[i], first);
@@ -184,8 +184,9 @@ private:
         held.velocity = v - n * (dot(v, n) - bound);
         HeldNode<S> best = held;
         const auto square_of_change = [&](const V& w) FIRN_LAMBDA { return dot(w - v, w - v); };
-        S nearest = select(meets(held.velocity, node, 0) & meets(held.velocity, node, 1) & meets(held.velocity, node, 2),
-                           square_of_change(held.velocity), S(1e30));
+        S nearest =
+            select(meets(held.velocity, node, 0) & meets(held.velocity, node, 1) & meets(held.velocity, node, 2),
+                   square_of_change(held.velocity), S(1e30));
         const auto take = [&](const mask_t<S>& allowed, const HeldNode<S>& other) FIRN_LAMBDA {
             const S square = square_of_change(other.velocity);
             const auto better = allowed & (square < nearest) & (dot(other.velocity, other.velocity) <= largest_square_);
@@ -217,8 +218,9 @@ private:
                 const auto apart = node.has(j) & (S(least) < determinant * determinant);
                 if (any(apart)) {
                     HeldNode<S> all = held;
-                    all.velocity = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
-                                   (S(1) / select(apart, determinant, S(1)));
+                    all.velocity =
+                        (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
+                        (S(1) / select(apart, determinant, S(1)));
                     all.normal[1] = p, all.normal[2] = q;
                     all.bound.v[1] = node.bound.v[i], all.bound.v[2] = node.bound.v[j];
                     all.number.v[1] = node.number.v[i], all.number.v[2] = node.number.v[j];
@@ -236,16 +238,15 @@ private:
         const V third = select(held.has(2), held.normal[2], edge);
         const S determinant = dot(third, edge);
         const S per_determinant = S(1) / select(held.has(1), determinant, S(1));
-        const auto push = [&](int i, const S& along) FIRN_LAMBDA {
-            held.push.v[i] = select(held.has(i), max(along, S(0)), S(0));
-        };
+        const auto push = [&](int i, const S& along)
+                              FIRN_LAMBDA { held.push.v[i] = select(held.has(i), max(along, S(0)), S(0)); };
         push(0, select(held.has(1), dot(change, cross(p, third)) * per_determinant, dot(change, n)));
         push(1, dot(change, cross(third, n)) * per_determinant);
         push(2, dot(change, edge) * per_determinant);
     }
 
-    /// Where surfaces that move leave only a narrow way out, they would shoot matter out. It gets no faster than so many
-    /// times the fastest of them, and enters them.
+    /// Where surfaces that move leave only a narrow way out, they would shoot matter out. It gets no faster than so
+    /// many times the fastest of them, and enters them.
     static constexpr double fastest = 5;
 
     const ShortList<Demand<S>, 8>& demands_;
@@ -295,12 +296,14 @@ public:
             return held.velocity;
         }
         // Friction towards a solid that moves can push matter into another one.
-        return repeat_while<4>(start, [&](HeldNode<S>& node) FIRN_LAMBDA {
-                   node = project(rubbed(node));
-                   add_pushes(node);
-                   node.friction = limits(node);
-                   return (S(0) < node.friction.v[0]) | (S(0) < node.friction.v[1]);
-               }).velocity;
+        return repeat_while<4>(start,
+                               [&](HeldNode<S>& node) FIRN_LAMBDA {
+                                   node = project(rubbed(node));
+                                   add_pushes(node);
+                                   node.friction = limits(node);
+                                   return (S(0) < node.friction.v[0]) | (S(0) < node.friction.v[1]);
+                               })
+            .velocity;
     }
 
 private:
@@ -351,9 +354,8 @@ private:
             const auto full = [&](const S& towards, const S& limit) FIRN_LAMBDA {
                 return select(after < towards, limit, select(towards < after, -limit, S(0)));
             };
-            const auto part = [&](const S& towards, const S& limit) FIRN_LAMBDA {
-                return select(after == towards, limit, S(0));
-            };
+            const auto part = [&](const S& towards, const S& limit)
+                                  FIRN_LAMBDA { return select(after == towards, limit, S(0)); };
             const S parts = part(p, a) + part(q, b), rest = change - full(p, a) - full(q, b);
             const S per_part = select(S(0) < parts, rest / select(S(0) < parts, parts, S(1)), S(0));
             const auto slides = on_two & !node.has(2);
@@ -398,8 +400,7 @@ void make_room(ShortList<Demand<S>, 8>& demands) {
         for (std::size_t j = 0; j < i; ++j) {
             Demand<S>&a = demands[i], &b = demands[j];
             if (a.surface == b.surface) continue;
-            const auto close =
-                a.acts & b.acts & (S(0) < given[i] + given[j]) & (dot(a.normal, b.normal) < S(opposite));
+            const auto close = a.acts & b.acts & (S(0) < given[i] + given[j]) & (dot(a.normal, b.normal) < S(opposite));
             if (!any(close)) continue;
             const S shared = a.pulls == b.pulls ? min(max(S(0), -given[j]), given[i]) : a.pulls ? -given[j] : given[i];
             a.bound = select(close, min(a.bound, S(0) + shared), a.bound);
@@ -491,8 +492,7 @@ public:
         } else {
             const V relative = before_ - surface.velocity;
             add(part, surface,
-                surface.velocity +
-                    velocity_after_contact(relative, surface.normal, surface.contact, surface.friction));
+                surface.velocity + velocity_after_contact(relative, surface.normal, surface.contact, surface.friction));
         }
     }
 

@@ -20,8 +20,9 @@ struct named_list {
 
 /// A list of boundaries of one type, which together act as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
-/// All surfaces act on a node at once, whatever their order. \see NodeAtSurfaces. If a boundary covers a face of another
-/// boundary, as a floor covers the lower face of a box that stands on the floor, this face has no effect; see Collider.
+/// All surfaces act on a node at once, whatever their order. \see NodeAtSurfaces. If a boundary covers a face of
+/// another boundary, as a floor covers the lower face of a box that stands on the floor, this face has no effect; see
+/// Collider.
 ///
 /// Use a BoundaryList for many colliders of one shape, or where the number of colliders is known only at run time. A
 /// BoundaryList works on the CPU only; on a GPU, use Together.

@@ -188,8 +188,8 @@ struct Collider {
 
     /// Calls seen(surface) for each face of the solid that acts on a node at x [m] with the velocity v [m/s]. The
     /// distance is that from the surface that lies `thickness` outside of the shape. \see has_acting_surfaces
-    /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, which may cover faces
-    /// of this solid, with the arguments that has_surfaces explains
+    /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, which may cover
+    /// faces of this solid, with the arguments that has_surfaces explains
     template <class Others, class Seen>
     FIRN_INLINE void acting_surfaces(const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
                                      const Seen& seen) const {
@@ -281,10 +281,10 @@ private:
     /// Calls tell(acts, distance, normal) for further faces of a concave corner that a node is near, with the distances
     /// of the node from their planes.
     ///
-    /// The shape has one normal at a point, that of the nearest face. A node beside the corner moves on along this face,
-    /// into the other one. So its neighbourhood is looked at again: at a point on the outside of the layer, one cell
-    /// along the velocity that the faces before have left. A convex solid has nothing there, and a smooth hollow has
-    /// almost the same normal.
+    /// The shape has one normal at a point, that of the nearest face. A node beside the corner moves on along this
+    /// face, into the other one. So its neighbourhood is looked at again: at a point on the outside of the layer, one
+    /// cell along the velocity that the faces before have left. A convex solid has nothing there, and a smooth hollow
+    /// has almost the same normal.
     /// \param thick     thickness of the layer [m]
     /// \param local     position of the node, in the shape's coordinates [m]
     /// \param distance  signed distance of the node from the shape [m];  \param normal  the shape's normal there

@@ -13,7 +13,8 @@
 ///     void check()                       throws parameter_error if a parameter is out of range
 ///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
-///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m, double];
+///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m,
+///     double];
 ///                                        for boundaries that are to work in domains far from 0
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
@@ -147,8 +148,8 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
 }
 
 // A boundary may have parts, whose reactions are recorded separately. Such a boundary has part_count(),
-// template centre_of_part<D>(k), and for_parts(others, f, first). The surfaces of all parts act at once, see at_once.hpp;
-// a part without acting_surfaces() acts after them, in the order of the parts.
+// template centre_of_part<D>(k), and for_parts(others, f, first). The surfaces of all parts act at once, see
+// at_once.hpp; a part without acting_surfaces() acts after them, in the order of the parts.
 //
 // The effect of a part may depend on the surfaces of other solids. For such a part, `others` is a function: others(x,
 // seen) calls `seen` for each surface of the other solids. The arguments of `seen` are explained at has_surfaces.
@@ -182,7 +183,8 @@ struct NoOthers {
 };
 
 /// Calls f(part, others, k) for each part of a boundary; a boundary without for_parts() is its only part.
-/// \param others  a function: others(x, seen) calls `seen` for each surface of other solids. What f gets as `others` also
+/// \param others  a function: others(x, seen) calls `seen` for each surface of other solids. What f gets as `others`
+/// also
 ///                calls it for the surfaces of the boundary's other parts
 /// \param first   the index k of the first part
 template <class B, class Others, class F>
@@ -208,7 +210,8 @@ inline constexpr bool needs_normals = requires { Seen::needs_normals; };
 /// \param x       the node's position [m]
 /// \param v       the node's velocity before the boundary acts [m/s]
 /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
-/// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities of the node
+/// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities of the
+/// node
 ///                [m/s]. Each difference is the share of this part; their sum is the whole change
 /// \param first   the index that `seen` gets for part 0 of the boundary
 template <class B, class S, int D, class Others, class Seen>

@@ -15,7 +15,8 @@
 ///     double uncertainty()   error [m]: the signed distances of two positions differ by at most |Δx| plus this error
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
-///     convex = true          the solid is convex;  smooth = true: its surface has no edges. Unless one of them is true,
+///     convex = true          the solid is convex;  smooth = true: its surface has no edges. Unless one of them is
+///     true,
 ///                            firn looks for concave corners around nodes that touch the solid
 ///     void faces(x, seen)    calls seen(distance, normal) for each face of a solid that several half-spaces form
 ///                            together: the signed distance of x from the plane of the face [m], and its normal. Then
@@ -73,10 +74,10 @@ inline constexpr bool is_smooth<Shape> = Shape::smooth;
 
 /// Whether the shape has a function `faces(x, seen)`. The function calls seen(distance, normal) for each face.
 template <class Shape>
-concept has_faces = requires(const Shape shape, const Vec<typename shape_facts<Shape>::scalar_type,
-                                                          shape_facts<Shape>::dimension> x) {
-    shape.faces(x, [](const auto&, const auto&) {});
-};
+concept has_faces =
+    requires(const Shape shape, const Vec<typename shape_facts<Shape>::scalar_type, shape_facts<Shape>::dimension> x) {
+        shape.faces(x, [](const auto&, const auto&) {});
+    };
 
 /// Whether the shape may have concave corners that it does not name.
 template <class Shape>

@@ -6,6 +6,7 @@
 #include <firn/core/names.hpp>
 
 #include <cmath>
+#include <utility>
 
 namespace firn {
 
@@ -203,8 +204,8 @@ private:
     }
 };
 
-/// The outside of a shape: a solid with a hollow that has this shape, such as a container for matter. In the corners of a
-/// box all its faces act.
+/// The outside of a shape: a solid with a hollow that has this shape, such as a container for matter. In the corners of
+/// a box all its faces act.
 /// \tparam Shape  a shape, as in `Complement<Sphere<float, 3>>`
 template <class Shape>
 struct Complement {
@@ -226,6 +227,13 @@ struct Complement {
         return {lift<T>(hollow)};
     }
 
+    /// Returns this shape for positions that are measured from another point, and this point [m].
+    auto from_its_place() const
+        requires requires(const Shape s) { s.from_its_place(); }
+    {
+        const auto [moved, origin] = hollow.from_its_place();
+        return std::pair{Complement{moved}, origin};
+    }
     /// Checks the shape `hollow`.
     /// \throws parameter_error if hollow.check() throws it
     void check() const

@@ -94,7 +94,8 @@ struct Together {
     auto measured_from(const Vec<double, D>& corner) const {
         return std::apply(
             [&](const auto&... part) {
-                return firn::Together<decltype(firn::measured_from(part, corner))...>(firn::measured_from(part, corner)...);
+                return firn::Together<decltype(firn::measured_from(part, corner))...>(
+                    firn::measured_from(part, corner)...);
             },
             parts);
     }

@@ -30,9 +30,9 @@ enum class NodesBehind {
 ///
 /// - `held`: nodes on a face, and the ghost nodes outside of the box, get the velocity that velocity_after_contact()
 ///   returns. A face between two planes of nodes acts on the nearer one, so it stands up to half a cell from where it
-///   was put; a simulation warns of that. The velocity gradient at particles near the wall is then too small. In the two cells next to the wall,
-///   stresses have an error of about a fifth, also with finer cells; between slipping walls, convergence is of first
-///   order.
+///   was put; a simulation warns of that. The velocity gradient at particles near the wall is then too small. In the
+///   two cells next to the wall, stresses have an error of about a fifth, also with finer cells; between slipping
+///   walls, convergence is of first order.
 /// - `mirrored`: matter moves as if its mirror image stood behind the wall. A wall with contact `slip` and without
 ///   friction is then a plane of symmetry: half a body at the wall moves as half of the whole body, to rounding. At a
 ///   wall with contact `stick` the velocity is an odd function of the distance from the wall. Convergence is of second
@@ -113,8 +113,7 @@ struct Walls {
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
         using Q = typename Walls<T, D>::P;
-        return {cast<Q>(lower), cast<Q>(upper),    at_lower,    at_upper,
-                nodes_behind,   T(mirrored_depth), T(half_cell)};
+        return {cast<Q>(lower), cast<Q>(upper), at_lower, at_upper, nodes_behind, T(mirrored_depth), T(half_cell)};
     }
 
     /// Returns the walls for a grid with cells of side h [m].
@@ -162,10 +161,10 @@ struct Walls {
             const S near = reach(axis), low = S(lower.v[axis]), high = S(upper.v[axis]);
             const auto face = [&](const Wall& wall, const mask_t<S>& acts, const S& distance, const Vec<S, D>& normal)
                                   FIRN_LAMBDA {
-                if (wall.contact != Contact::none && any(acts))
-                    seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(), wall.contact, S(wall.friction),
-                                             true});
-            };
+                                      if (wall.contact != Contact::none && any(acts))
+                                          seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(),
+                                                                   wall.contact, S(wall.friction), true});
+                                  };
             face(at_lower[axis], x.v[axis] <= low + near, x.v[axis] - low, inward);
             face(at_upper[axis], x.v[axis] >= high - near, high - x.v[axis], -inward);
         });
@@ -202,8 +201,8 @@ private:
         return nodes_behind == NodesBehind::mirrored ? -mirrored_depth : slack(axis) + half_cell;
     }
     /// Returns a small distance [m], by which computed positions of nodes differ from where they are. Because of
-    /// rounding, the position of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where
-    /// ε is the machine epsilon of S.
+    /// rounding, the position of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|),
+    /// where ε is the machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
                (abs(S(lower.v[axis])) + abs(S(upper.v[axis])));

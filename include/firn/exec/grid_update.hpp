@@ -12,9 +12,6 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -22,8 +19,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the acceleration in a form that can be evaluated for a register of nodes, at positions that are measured from
-/// `corner` [m]. An acceleration field with parameters is converted by lift().
+/// Returns the acceleration in a form that can be evaluated for a register of nodes, at positions that are measured
+/// from `corner` [m]. An acceleration field with parameters is converted by lift().
 template <class P, int D, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration, const Vec<double, D>& corner) {
     if constexpr (requires { acceleration.measured_from(corner); })
@@ -34,32 +31,6 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration, const Vec
         return FieldInMetres<with_scalar_t<Acceleration, P>, D>{lift<P>(acceleration), corner};
     else
         return FieldInMetres<Acceleration, D>{acceleration, corner};
-}
-
-/// \param offset  where the domain may begin instead of at 0; empty if that does not help
-[[noreturn, gnu::cold]] inline void throw_too_few_digits(const char* what, double farthest, double digit, double fine,
-                                                         const std::string& offset) {
-    throw parameter_error(sentence(
-        what, " gets positions up to ", farthest, " m, whose last digit is ", digit,
-        " m in this precision; that must not be above a thousandth of a cell, ", fine, " m. Compute in double",
-        offset.empty() ? "" : ", or move the domain and all that is in it by minus " + offset + " m", "."));
-}
-
-/// Checks that numbers of type S have digits enough for the positions in a domain.
-/// \param what  who gets the positions, for the message
-/// \throws parameter_error  if the last digit of a position is above a thousandth of a cell
-template <std::floating_point S, int D>
-void require_digits(const Domain<D>& domain, const char* what) {
-    const auto last_digit = [](double x) { return double(std::nextafter(S(x), S(2) * S(x)) - S(x)); };
-    double farthest = 0, extent = 0;
-    for (int a = 0; a < D; ++a) {
-        farthest = std::max({farthest, std::abs(domain.lower[a]), std::abs(domain.upper[a])});
-        extent = std::max(extent, domain.upper[a] - domain.lower[a]);
-    }
-    const double fine = 1e-3 * domain.cell_size;
-    if (!(last_digit(farthest) > fine)) return;
-    throw_too_few_digits(what, farthest, last_digit(farthest), fine,
-                         last_digit(extent) > fine ? "" : point_text(domain.lower.v, D));
 }
 
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the

@@ -83,13 +83,13 @@ template <class Boundary, int D>
     if (!worst || !(worst->from_nodes() > detail::near_nodes)) return {};
     const double fits = detail::fitting_cell_size(faces, domain.cell_size);
     const double nodes = domain.lower[worst->axis] + std::round(worst->cells) * domain.cell_size;
-    return sentence("the wall at ", worst->position, " m along axis ", worst->axis, " stands ", worst->from_nodes(),
-                    " cells from the nearest plane of nodes, at ", nodes, " m, and acts there. ",
-                    fits > 0 ? sentence("The nearest cell size that fits all walls is ", fits, " m (now ",
-                                        domain.cell_size, " m). Or move the wall to the nodes")
-                             : sentence("No cell size near ", domain.cell_size,
-                                        " m fits all walls: move the wall to the nodes"),
-                    ", or give firn::GapContact{walls}, whose walls act where they stand.");
+    return sentence(
+        "the wall at ", worst->position, " m along axis ", worst->axis, " stands ", worst->from_nodes(),
+        " cells from the nearest plane of nodes, at ", nodes, " m, and acts there. ",
+        fits > 0 ? sentence("The nearest cell size that fits all walls is ", fits, " m (now ", domain.cell_size,
+                            " m). Or move the wall to the nodes")
+                 : sentence("No cell size near ", domain.cell_size, " m fits all walls: move the wall to the nodes"),
+        ", or give firn::GapContact{walls}, whose walls act where they stand.");
 }
 
 }  // namespace firn

@@ -59,9 +59,9 @@ struct FieldInMetres {
 /// Whether an acceleration of type A depends on positions, and gets them as they are, because it does not have
 /// measured_from(corner).
 template <class A, int D>
-inline constexpr bool field_sees_metres =
-    !requires(const A field, const Vec<double, D> corner) { field.measured_from(corner); } &&
-    !requires(const A vector) { Vec<double, D>(cast<double>(vector)); };
+inline constexpr bool field_sees_metres = !requires(const A field, const Vec<double, D> corner) {
+    field.measured_from(corner);
+} && !requires(const A vector) { Vec<double, D>(cast<double>(vector)); };
 
 /// Returns the velocity of a node after a step: momentum divided by mass, plus acceleration times dt, then changed by
 /// the boundary.
