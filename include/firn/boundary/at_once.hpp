@@ -238,8 +238,7 @@ private:
         const V third = select(held.has(2), held.normal[2], edge);
         const S determinant = dot(third, edge);
         const S per_determinant = S(1) / select(held.has(1), determinant, S(1));
-        const auto push = [&](int i, const S& along)
-                              FIRN_LAMBDA { held.push.v[i] = select(held.has(i), max(along, S(0)), S(0)); };
+        const auto push = [&](int i, const S& along) FIRN_LAMBDA { held.push.v[i] = select(held.has(i), along, S(0)); };
         push(0, select(held.has(1), dot(change, cross(p, third)) * per_determinant, dot(change, n)));
         push(1, dot(change, cross(third, n)) * per_determinant);
         push(2, dot(change, edge) * per_determinant);
@@ -322,7 +321,7 @@ private:
         for (std::size_t k = 0; k < demands_.size(); ++k)
             unroll<2>([&](auto i) FIRN_LAMBDA {
                 limit.v[i] = select(node.has(i) & (node.number.v[i] == S(int(k))),
-                                    demands_[k].friction * node.push.v[i], limit.v[i]);
+                                    demands_[k].friction * max(node.push.v[i], S(0)), limit.v[i]);
             });
         return limit;
     }
@@ -458,7 +457,7 @@ template <scalar S, int D>
             after[i] = select(sticks, select(stuck_to == S(int(i)), stuck, before), after[i]);
     }
     Vec<S, D> velocity = before;
-    unroll<D>([&](auto a) FIRN_LAMBDA { velocity.v[a] = select(sticks, stuck.v[a], held.v[a]); });
+    unroll<D>([&](auto a) FIRN_LAMBDA { velocity.v[a] = select(sticks, stuck.v[a], held.v[a] + S(0)); });  // no −0
     return velocity;
 }
 

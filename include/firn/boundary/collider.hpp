@@ -305,7 +305,7 @@ private:
             if (!any(found)) return;
             const Vec<S, D> way = out + along(left), there = local + way;
             const S from = shape.signed_distance(there);
-            found = found & (from < thick - cell * S(1e-3));
+            found = found & (from < thick - cell * S(0.3));
             if (!any(found)) return;
             const Vec<S, D> other = normal_of(shape, there);
             const S to_plane = from - dot(other, way);

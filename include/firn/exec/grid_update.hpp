@@ -23,14 +23,16 @@ namespace detail {
 /// from `corner` [m]. An acceleration field with parameters is converted by lift().
 template <class P, int D, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration, const Vec<double, D>& corner) {
-    if constexpr (requires { acceleration.measured_from(corner); })
+    using V = Vec<P, D>;
+    if constexpr (requires { acceleration.measured_from(corner); }) {
         return lift<P>(acceleration.measured_from(corner));
-    else if constexpr (!field_sees_metres<Acceleration, D>)
-        return acceleration;
-    else if constexpr (has_parameters<Acceleration>)
+    } else if constexpr (has_parameters<Acceleration>) {
         return FieldInMetres<with_scalar_t<Acceleration, P>, D>{lift<P>(acceleration), corner};
-    else
+    } else if constexpr (takes<Acceleration, V> || takes<Acceleration, V, V, P>) {
         return FieldInMetres<Acceleration, D>{acceleration, corner};
+    } else {
+        return acceleration;  // a vector
+    }
 }
 
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
@@ -96,10 +98,11 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     const double h = domain.cell_size;
     const Vec<double, D> corner = domain.lower;
     if constexpr (sees_metres<Boundary, D>()) require_digits<S>(domain, "A boundary of your own");
-    if constexpr (field_sees_metres<Acceleration, D>) require_digits<S>(domain, "An acceleration field of your own");
     const auto here = on_grid(measured_from(boundary, corner), h);
     const auto lifted = lift<native_pack<S>>(here);
     const auto field = lifted_acceleration<native_pack<S>>(acceleration, corner);
+    if constexpr (is_field_in_metres<std::remove_const_t<decltype(field)>>)
+        require_digits<S>(domain, "An acceleration field of your own");
 
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;

@@ -56,12 +56,11 @@ struct FieldInMetres {
     }
 };
 
-/// Whether an acceleration of type A depends on positions, and gets them as they are, because it does not have
-/// measured_from(corner).
-template <class A, int D>
-inline constexpr bool field_sees_metres = !requires(const A field, const Vec<double, D> corner) {
-    field.measured_from(corner);
-} && !requires(const A vector) { Vec<double, D>(cast<double>(vector)); };
+/// Whether an acceleration field gets positions in metres.
+template <class Field>
+inline constexpr bool is_field_in_metres = false;
+template <class Field, int D>
+inline constexpr bool is_field_in_metres<FieldInMetres<Field, D>> = true;
 
 /// Returns the velocity of a node after a step: momentum divided by mass, plus acceleration times dt, then changed by
 /// the boundary.
