@@ -73,7 +73,7 @@ TEST_CASE("water rests in a notch of half-spaces, of a shape of one's own, and o
         const auto depth = [&](const V& x) { return -notch.signed_distance(x - tip); };
         BoundaryList<Collider<HalfSpace<double, 2>>> planes;
         for (const double side : {1.0, -1.0}) planes.all.push_back({.shape = {{side * c, s}}, .position = tip});
-        DistanceNumbers<float, 2> grid{.lower = {-0.6, -0.3}, .spacing = h / 2, .nodes = {121, 111}};
+        DistanceNumbers<float, 2> grid{.lower = {-0.6, -0.3}, .spacing = h / 2, .nodes = {121, 111}, .values = {}};
         for (int i = 0; i < 121; ++i)
             for (int j = 0; j < 111; ++j)
                 grid.values.push_back(float(notch.signed_distance(grid.lower + V{double(i), double(j)} * (h / 2))));

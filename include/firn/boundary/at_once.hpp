@@ -74,6 +74,7 @@ struct Demand {
     S bound;              ///< [m/s]
     Vec<S, 3> velocity;   ///< of the solid [m/s]
     S friction;           ///< μ [1]
+    S rank;               ///< of demands that are missed by as much, the one with the lower rank comes first
     bool pulls;           ///< whether the surface keeps matter from leaving (`slip`); else it keeps it from entering
     std::size_t surface;  ///< index of the surface
 };
@@ -106,7 +107,14 @@ FIRN_INLINE HeldNode<S> choose(const Mask& mask, const HeldNode<S>& a, const Hel
     return r;
 }
 
-/// Finds the velocity nearest to a given one that all demands allow. \see project
+/// Returns a node that nothing holds.
+template <scalar S>
+FIRN_INLINE HeldNode<S> free_node(const Vec<S, 3>& velocity) {
+    const auto zero = Vec<S, 3>::zero();
+    return {velocity, {zero, zero, zero}, zero, zero, zero, zero, S(0)};
+}
+
+/// Finds the velocity nearest to a given one that all demands allow.
 template <scalar S, int D>
 class Projection {
     using V = Vec<S, 3>;
@@ -121,10 +129,9 @@ public:
 
     /// Returns the velocity nearest to v that all demands allow, and the demands that hold it.
     HeldNode<S> operator()(const V& v) const {
-        HeldNode<S> start{v, {V::zero(), V::zero(), V::zero()}, V::zero(), V::zero(), V::zero(), V::zero(), S(0)};
         // Each pass is farther from v than the one before, so that passes end. More than these are needed only where
         // many surfaces meet in one place, or where no velocity meets all demands.
-        HeldNode<S> held = repeat_while<2 * D + 2>(start, [&](HeldNode<S>& node) FIRN_LAMBDA {
+        HeldNode<S> held = repeat_while<2 * D + 2>(free_node(v), [&](HeldNode<S>& node) FIRN_LAMBDA {
             const HeldNode<S> missed = most_missed(node.velocity);
             const auto any_missed = missed.has(0);
             if (any(any_missed)) node = choose(any_missed, with(missed, node, v), node);
@@ -135,39 +142,22 @@ public:
     }
 
 private:
-    /// Returns whether a demand comes before another one that is missed by as much. The order is one of their numbers,
-    /// so that it is not that of the list.
-    FIRN_INLINE static mask_t<S> comes_first(const Demand<S>& a, const Demand<S>& b) {
-        const auto after = [](const S& p, const S& q, const mask_t<S>& rest)
-                               FIRN_LAMBDA { return (p < q) | ((p == q) & rest); };
-        mask_t<S> first = b.friction < a.friction;
-        for (int i = 2; i >= 0; --i) first = after(a.velocity.v[i], b.velocity.v[i], first);
-        for (int i = 2; i >= 0; --i) first = after(a.normal.v[i], b.normal.v[i], first);
-        return first;
-    }
-
     /// Returns a node that only the demand holds that the velocity w misses most, without its velocity; a node that no
     /// demand holds if there is none.
     FIRN_INLINE HeldNode<S> most_missed(const V& w) const {
-        Demand<S> most = demands_[0];
-        S by = tolerance_, number = S(-1);
+        HeldNode<S> held = free_node(w);
+        S by = tolerance_, rank = S(0);
         for (std::size_t k = 0; k < demands_.size(); ++k) {
             const Demand<S>& one = demands_[k];
             const S missed = one.bound - dot(one.normal, w);
-            mask_t<S> more = one.acts & (by < missed);
-            const auto same = one.acts & (by == missed) & (S(-1) < number);
-            if (any(same)) more = more | (same & comes_first(one, most));
+            const auto more = one.acts & ((by < missed) | ((by == missed) & (one.rank < rank) & held.has(0)));
             by = select(more, missed, by);
-            number = select(more, S(int(k)), number);
-            most.normal = select(more, one.normal, most.normal);
-            most.bound = select(more, one.bound, most.bound);
-            most.velocity = select(more, one.velocity, most.velocity);
-            most.friction = select(more, one.friction, most.friction);
+            rank = select(more, one.rank, rank);
+            held.normal[0] = select(more, one.normal, held.normal[0]);
+            held.bound.v[0] = select(more, one.bound, held.bound.v[0]);
+            held.number.v[0] = select(more, S(int(k)), held.number.v[0]);
+            held.count = select(more, S(1), held.count);
         }
-        HeldNode<S> held{w, {most.normal, V::zero(), V::zero()}, V::zero(), V::zero(), V::zero(), V::zero(), S(0)};
-        held.bound.v[0] = most.bound;
-        held.number.v[0] = number;
-        held.count = select(S(-1) < number, S(1), S(0));
         return held;
     }
 
@@ -176,38 +166,35 @@ private:
         return !node.has(i) | (node.bound.v[i] - tolerance_ <= dot(w, node.normal[std::size_t(i)]));
     }
 
-    /// Returns the velocity nearest to v that the demand of `held` and those that hold `node` allow.
+    /// Returns the velocity nearest to v that the demand of `held` and those that hold `node` allow, where the former
+    /// holds it.
     FIRN_INLINE HeldNode<S> with(HeldNode<S> held, const HeldNode<S>& node, const V& v) const {
         constexpr double least = 1e-8;  // square of the sine of the angle below which normals are parallel
-        const V& n = held.normal[0];
+        const V n = held.normal[0];
         const S bound = held.bound.v[0];
-        held.velocity = v - n * (dot(v, n) - bound);
-        HeldNode<S> best = held;
         const auto square_of_change = [&](const V& w) FIRN_LAMBDA { return dot(w - v, w - v); };
+        held.velocity = v - n * (dot(v, n) - bound);
         S nearest =
             select(meets(held.velocity, node, 0) & meets(held.velocity, node, 1) & meets(held.velocity, node, 2),
                    square_of_change(held.velocity), S(1e30));
-        const auto take = [&](const mask_t<S>& allowed, const HeldNode<S>& other) FIRN_LAMBDA {
-            const S square = square_of_change(other.velocity);
-            const auto better = allowed & (square < nearest) & (dot(other.velocity, other.velocity) <= largest_square_);
+        S first = S(-1), second = S(-1);  // which demands hold on
+        const auto take = [&](const mask_t<S>& allowed, const V& w, int i, int j) FIRN_LAMBDA {
+            const S square = square_of_change(w);
+            const auto better = allowed & (square < nearest) & (dot(w, w) <= largest_square_);
             nearest = select(better, square, nearest);
-            best = choose(better, other, best);
+            held.velocity = select(better, w, held.velocity);
+            first = select(better, S(i), first);
+            second = select(better, S(j), second);
         };
         unroll<D>([&](auto i) FIRN_LAMBDA {
             const V& other = node.normal[i];
-            const S& other_bound = node.bound.v[i];
             const V edge = cross(n, other);
             const S square = dot(edge, edge);
             const auto apart = node.has(i) & (S(least) < square);
             if (any(apart)) {
-                HeldNode<S> both = held;
-                both.velocity = (cross(other, edge) * bound + cross(edge, n) * other_bound + edge * dot(v, edge)) *
-                                (S(1) / select(apart, square, S(1)));
-                both.normal[1] = other;
-                both.bound.v[1] = other_bound;
-                both.number.v[1] = node.number.v[i];
-                both.count = S(2);
-                take(apart & meets(both.velocity, node, (i + 1) % 3) & meets(both.velocity, node, (i + 2) % 3), both);
+                const V w = (cross(other, edge) * bound + cross(edge, n) * node.bound.v[i] + edge * dot(v, edge)) *
+                            (S(1) / select(apart, square, S(1)));
+                take(apart & meets(w, node, (i + 1) % 3) & meets(w, node, (i + 2) % 3), w, i, -1);
             }
         });
         if constexpr (D == 3)
@@ -217,18 +204,22 @@ private:
                 const S determinant = dot(n, cross(p, q));
                 const auto apart = node.has(j) & (S(least) < determinant * determinant);
                 if (any(apart)) {
-                    HeldNode<S> all = held;
-                    all.velocity =
-                        (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
-                        (S(1) / select(apart, determinant, S(1)));
-                    all.normal[1] = p, all.normal[2] = q;
-                    all.bound.v[1] = node.bound.v[i], all.bound.v[2] = node.bound.v[j];
-                    all.number.v[1] = node.number.v[i], all.number.v[2] = node.number.v[j];
-                    all.count = S(3);
-                    take(apart & meets(all.velocity, node, left_out), all);
+                    const V w = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
+                                (S(1) / select(apart, determinant, S(1)));
+                    take(apart & meets(w, node, left_out), w, i, j);
                 }
             });
-        return best;
+        unroll<3>([&](auto i) FIRN_LAMBDA {
+            const auto keep = [&](const mask_t<S>& as, int place) FIRN_LAMBDA {
+                held.normal[std::size_t(place)] = select(as, node.normal[i], held.normal[std::size_t(place)]);
+                held.bound.v[place] = select(as, node.bound.v[i], held.bound.v[place]);
+                held.number.v[place] = select(as, node.number.v[i], held.number.v[place]);
+                held.count = select(as, S(place + 1), held.count);
+            };
+            keep(first == S(int(i)), 1);
+            if constexpr (D == 3) keep(second == S(int(i)), 2);
+        });
+        return held;
     }
 
     /// Sets what each demand adds to the velocity v of a node.
@@ -284,18 +275,13 @@ public:
             rubs = any(one.acts & (S(0) < one.friction)) || rubs;
         }
         const Projection<S, D> project(demands_, sqrt(largest));
-        HeldNode<S> start{};
-        start.velocity = v;
-        start.normal = {V::zero(), V::zero(), V::zero()};
-        start.bound = start.number = start.push = start.friction = V::zero();
-        start.count = S(0);
         if (!rubs) {
             const HeldNode<S> held = project(v);
             add_pushes(held);
             return held.velocity;
         }
         // Friction towards a solid that moves can push matter into another one.
-        return repeat_while<4>(start,
+        return repeat_while<4>(free_node(v),
                                [&](HeldNode<S>& node) FIRN_LAMBDA {
                                    node = project(rubbed(node));
                                    add_pushes(node);
@@ -430,8 +416,9 @@ template <scalar S, int D>
         smooth = smooth && !any(S(0) < one.friction);
         const Vec<S, 3> n = in_space(one.normal), of_solid = in_space(one.velocity);
         const S bound = one.is_wall ? -surfaces[i].open : dot(of_solid, n) - surfaces[i].open;
-        demands.push_back({one.acts, n, bound, of_solid, one.friction, false, i});
-        if (one.contact == Contact::slip) demands.push_back({one.acts, -n, -bound, of_solid, S(0), true, i});
+        const S rank = dot(n, {S(0.13), S(0.71), S(0.37)}) + dot(of_solid, {S(0.29), S(0.53), S(0.17)}) - one.friction;
+        demands.push_back({one.acts, n, bound, of_solid, one.friction, rank, false, i});
+        if (one.contact == Contact::slip) demands.push_back({one.acts, -n, -bound, of_solid, S(0), -rank, true, i});
     }
     std::vector<Vec<S, 3>> shares;
     if (after) {

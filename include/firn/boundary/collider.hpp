@@ -35,7 +35,8 @@ struct named_collider {
 /// The layer keeps matter out of the solid. A particle on the surface takes its velocity from nodes up to 1.5 cells
 /// away, the radius of the quadratic spline. If the contact acts on all these nodes, the particle does not enter the
 /// solid, wherever the surface lies between the nodes. Without a layer, matter enters the solid by up to 1.5 cells.
-/// With the default layer, matter comes to rest about one cell before the surface.
+/// With the default layer, matter comes to rest about one cell before the surface, between half a cell and one and a
+/// half, depending on where the nodes lie; by the gap of particles it comes right up to it. \see GapContact
 ///
 /// Other solids (in the same `Together` or `BoundaryList`) can cover a face of this solid, as a floor covers the lower
 /// face of a box that stands on the floor. If contact near the covered face used the normal of this face, the box would

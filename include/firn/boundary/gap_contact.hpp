@@ -31,7 +31,9 @@ inline constexpr bool never = false;
 ///
 /// Surfaces with the contact `slip` or `stick` hold matter that is nearer than boundary_reach cells; other matter
 /// approaches them freely. A collider's surface lies `thickness` outside of its shape. Its thickness_in_cells only says
-/// which nodes take part. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image.
+/// which nodes take part. Walls act from half a cell in front of their faces, so that they act where they stand between
+/// planes of nodes, too. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image. All surfaces act
+/// on a node at once. \see NodeAtSurfaces
 ///
 /// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.

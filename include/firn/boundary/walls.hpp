@@ -38,6 +38,9 @@ enum class NodesBehind {
 ///   wall with contact `stick` the velocity is an odd function of the distance from the wall. Convergence is of second
 ///   order. \see mirrored
 ///
+/// All held faces act on a node at once, whatever the order of axes. Mirrored faces act one axis after another: in an
+/// edge with friction, exchanged axes can change the velocity along it, by about a hundredth.
+///
 /// Mirrored faces must lie on planes of nodes, and opposite faces at least 3 cells apart. More than a cell and a half
 /// behind a face, nodes are held under either rule.
 template <scalar S, int D>

@@ -142,20 +142,14 @@ int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     return distance > n / 2 ? distance - n : distance < -n / 2 ? distance + n : distance;
 }
 
-/// Returns the distance [m], along one axis, of a point from the domain's lower corner. The point is given by its block
-/// and its place in that block.
+/// Returns the coordinate [m], along one axis, of a point that is given by its block and its place in that block.
 /// \param block  coordinates of the block, or of a copy of it
 /// \param place  the point's place along the axis: its distance [cells] from the block's lower corner
 template <int D>
-double distance_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
+double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
     int along = block[std::size_t(axis)];
     if (axis == 0) along = along_in_domain(along, copy_stride(domain));
-    return domain.cell_size * (block_size * along + place);
-}
-/// Returns the coordinate [m] of such a point along the axis.
-template <int D>
-double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
-    return domain.lower[axis] + distance_of_place(domain, block, axis, place);
+    return domain.lower[axis] + domain.cell_size * (block_size * along + place);
 }
 
 /// Number of blocks along each axis of a cube. Blocks with few particles (sparse blocks) are scattered together with

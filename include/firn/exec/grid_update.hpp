@@ -115,7 +115,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     const auto update = [&](std::size_t b, int) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
-            low[a] = distance_of_place(domain, grid.block(b), a, 0);
+            low[a] = h * double(block_size * grid.block_along(b, a));
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);

@@ -331,9 +331,9 @@ namespace at_once_tests {
 
 /// A hollow cube, by nothing but its distance.
 template <scalar S, int D>
-struct Hollow {
+struct HollowCube {
     S half = S(0.2);
-    static constexpr auto parameters() { return std::tuple{parameter{"half", "m", &Hollow::half}}; }
+    static constexpr auto parameters() { return std::tuple{parameter{"half", "m", &HollowCube::half}}; }
     S signed_distance(const Vec<S, D>& x) const {
         using firn::abs, firn::min;
         S distance = half - abs(x[0]);
@@ -376,9 +376,10 @@ TEMPLATE_TEST_CASE_SIG("in the corners of a hollow all faces act: a box names th
         }
     const auto list = planes.on_grid(h);
     const auto box = Collider<Complement<Box<double, D>>>{.shape = {{V::filled(0.2)}}, .friction = 0.2}.on_grid(h);
-    const auto own = Collider<Hollow<double, D>>{.friction = 0.2}.on_grid(h);
+    const auto own = Collider<HollowCube<double, D>>{.friction = 0.2}.on_grid(h);
     const auto grid =
-        Collider<DistanceGrid<double, D, double>>{.shape = sampled(Hollow<double, D>{}, h), .friction = 0.2}.on_grid(h);
+        Collider<DistanceGrid<double, D, double>>{.shape = sampled(HollowCube<double, D>{}, h), .friction = 0.2}
+            .on_grid(h);
     int corners = 0, wrong_own = 0, wrong_grid = 0;
     for (int trial = 0; trial < 4000; ++trial) {
         const V x = random.vector<D>(0.2 - 2.5 * h, 0.2 + 0.5 * h), v = random.vector<D>(-1, 1);
