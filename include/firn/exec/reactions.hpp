@@ -15,9 +15,10 @@
 namespace firn {
 
 /// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
-/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is the change of the node's velocity by
-/// this part. Matter exerts the opposite impulse on the part: the mean force on the part during a step of dt is
-/// −impulse / dt.
+/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is this part's share of the change of the
+/// node's velocity: where several surfaces act at once, what it pushes along its normal, and its friction. The shares
+/// of all parts add up to the whole change. Matter exerts the opposite impulse on the part: the mean force on the part
+/// during a step of dt is −impulse / dt.
 template <int D>
 struct Reaction {
     Vec<double, D> about = Vec<double, D>::zero();          ///< the point about which angular impulses are taken [m]
