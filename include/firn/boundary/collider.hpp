@@ -199,7 +199,7 @@ struct Collider {
         Vec<S, D> local = transpose(R) * (x - cast<S>(position));
         S distance = named("distance", shape.signed_distance(local));
         S nearest = distance;
-        if constexpr (!has_faces<Shape> && !std::same_as<Others, NoOthers>) {
+        if constexpr (!is_flat<Shape> && !has_faces<Shape> && !std::same_as<Others, NoOthers>) {
             if (!any(distance <= thick + S(sight()) * S(cell_size))) return;
             local = local + transpose(R) * way_out_of(others, x);
             distance = shape.signed_distance(local);
@@ -267,7 +267,7 @@ struct Collider {
     double looks_around() const
         requires std::floating_point<S>
     {
-        return is_flat<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
+        return is_flat<Shape> || has_faces<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
     }
 
     /// Returns a description, as it is written into files: "collider_sphere: separate, friction 0.3".

@@ -403,6 +403,27 @@ TEMPLATE_TEST_CASE_SIG("in the corners of a hollow all faces act: a box names th
     CHECK(wrong_grid <= corners / (D == 2 ? 100 : 20));
 }
 
+TEST_CASE("planes beside others act where they stand, at any angle", "[boundary][at_once]") {
+    Random random(77);
+    const double h = 0.02;
+    for (int trial = 0; trial < 1000; ++trial) {
+        BoundaryList<Collider<HalfSpace<double, 2>>> list;
+        for (int k = 0; k < 3; ++k)
+            list.all.push_back({.shape = {random.direction<2>()}, .position = random.vector<2>(-0.05, 0.05)});
+        const auto x = random.vector<2>(-0.1, 0.1);
+        const auto here = list.on_grid(h);
+        int acting = 0, near = 0;
+        for_parts(here, NoOthers{}, [&](const auto& part, const auto& others, int) {
+            part.acting_surfaces(x, Vec<double, 2>::zero(), others, [&](const auto& surface) {
+                ++acting;
+                CHECK(std::abs(surface.distance - part.shape.signed_distance(x - part.position)) <= 1e-15);
+            });
+            near += part.shape.signed_distance(x - part.position) <= 1.5 * h;
+        });
+        CHECK(acting == near);
+    }
+}
+
 TEST_CASE("solids without corners have one normal at a node, as before", "[boundary][at_once]") {
     Random random(76);
     const double h = 0.02;

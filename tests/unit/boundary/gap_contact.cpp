@@ -2,6 +2,7 @@
 /// user's own, a mirrored column, and bad input.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
+#include <firn/boundary/boundary_list.hpp>
 #include <firn/contact/coulomb.hpp>
 #include <firn/firn.hpp>
 
@@ -129,6 +130,13 @@ TEST_CASE("Walls by the gap act at the nodes on and behind a face, colliders in 
     CHECK(velocity_of(here, x, down, -1.4 * h + 1)[1] == -2);
     CHECK(velocity_of(here, {0.5, 0.5 + 0.21 + 1.6 * h}, down, -1.6 * h)[1] == -2);
     CHECK(velocity_of(ball, x, down, -1.4 * h)[1] == -2);  // without a layer
+
+    // In a notch of 60°, both planes act at once: matter approaches each by the gap. w · n = −g/dt with n = (±√¾, ½).
+    BoundaryList<Collider<HalfSpace<double, 2>>> notch;
+    for (const double side : {1.0, -1.0}) notch.all.push_back({.shape = {{side * std::sqrt(0.75), 0.5}}});
+    const auto in_notch = velocity_of(notch.on_grid(h), {0.0, 0.0}, {0.0, -10.0}, 1e-3);
+    CHECK(std::abs(in_notch[0]) <= 1e-12);
+    CHECK(in_notch[1] == Approx(-2 * 1e-3 / dt));
 
     // A user's boundary may be one of the parts.
     const Together all(walls, here, Lid{});
