@@ -336,7 +336,9 @@ private:
         others(x,
                [&](const S& distance, const Vec<S, D>& normal, const Vec<S, D>&, Contact kind, const S&) FIRN_LAMBDA {
                    if (kind == Contact::none) return;
-                   const Vec<S, D> way = normal * min(max(off - distance, S(0)), most);
+                   const S length = min(max(off - distance, S(0)), most);
+                   if (!any(S(0) < length)) return;
+                   const Vec<S, D> way = normal * length;
                    unroll<D>([&](auto a) FIRN_LAMBDA {
                        up.v[a] = max(up.v[a], way.v[a]);
                        down.v[a] = min(down.v[a], way.v[a]);
