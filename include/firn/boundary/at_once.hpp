@@ -98,7 +98,7 @@ template <scalar S, class Mask>
 FIRN_INLINE HeldNode<S> choose(const Mask& mask, const HeldNode<S>& a, const HeldNode<S>& b) {
     HeldNode<S> r;
     r.velocity = select(mask, a.velocity, b.velocity);
-    unroll<3>([&](auto i) FIRN_LAMBDA { r.normal[i] = select(mask, a.normal[i], b.normal[i]); });
+    for (std::size_t i = 0; i < 3; ++i) r.normal[i] = select(mask, a.normal[i], b.normal[i]);
     r.bound = select(mask, a.bound, b.bound);
     r.number = select(mask, a.number, b.number);
     r.push = select(mask, a.push, b.push);
@@ -186,39 +186,35 @@ private:
             first = select(better, S(i), first);
             second = select(better, S(j), second);
         };
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            const V& other = node.normal[i];
+        for (int i = 0; i < D; ++i) {
+            const V& other = node.normal[std::size_t(i)];
             const V edge = cross(n, other);
             const S square = dot(edge, edge);
             const auto apart = node.has(i) & (S(least) < square);
-            if (any(apart)) {
-                const V w = (cross(other, edge) * bound + cross(edge, n) * node.bound.v[i] + edge * dot(v, edge)) *
-                            (S(1) / select(apart, square, S(1)));
-                take(apart & meets(w, node, (i + 1) % 3) & meets(w, node, (i + 2) % 3), w, i, -1);
+            if (!any(apart)) continue;
+            const V w = (cross(other, edge) * bound + cross(edge, n) * node.bound.v[i] + edge * dot(v, edge)) *
+                        (S(1) / select(apart, square, S(1)));
+            take(apart & meets(w, node, (i + 1) % 3) & meets(w, node, (i + 2) % 3), w, i, -1);
+        }
+        for (int left_out = 0; D == 3 && left_out < 3; ++left_out) {
+            const int i = left_out == 0 ? 1 : 0, j = left_out == 2 ? 1 : 2;
+            const V &p = node.normal[std::size_t(i)], &q = node.normal[std::size_t(j)];
+            const S determinant = dot(n, cross(p, q));
+            const auto apart = node.has(j) & (S(least) < determinant * determinant);
+            if (!any(apart)) continue;
+            const V w = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
+                        (S(1) / select(apart, determinant, S(1)));
+            take(apart & meets(w, node, left_out), w, i, j);
+        }
+        for (int place = 1; place < D; ++place)
+            for (int i = 0; i < 3; ++i) {
+                const auto keeps = (place == 1 ? first : second) == S(i);
+                V& normal = held.normal[std::size_t(place)];
+                normal = select(keeps, node.normal[std::size_t(i)], normal);
+                held.bound.v[place] = select(keeps, node.bound.v[i], held.bound.v[place]);
+                held.number.v[place] = select(keeps, node.number.v[i], held.number.v[place]);
+                held.count = select(keeps, S(place + 1), held.count);
             }
-        });
-        if constexpr (D == 3)
-            unroll<3>([&](auto left_out) FIRN_LAMBDA {
-                constexpr int i = left_out == 0 ? 1 : 0, j = left_out == 2 ? 1 : 2;
-                const V &p = node.normal[i], &q = node.normal[j];
-                const S determinant = dot(n, cross(p, q));
-                const auto apart = node.has(j) & (S(least) < determinant * determinant);
-                if (any(apart)) {
-                    const V w = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
-                                (S(1) / select(apart, determinant, S(1)));
-                    take(apart & meets(w, node, left_out), w, i, j);
-                }
-            });
-        unroll<3>([&](auto i) FIRN_LAMBDA {
-            const auto keep = [&](const mask_t<S>& as, int place) FIRN_LAMBDA {
-                held.normal[std::size_t(place)] = select(as, node.normal[i], held.normal[std::size_t(place)]);
-                held.bound.v[place] = select(as, node.bound.v[i], held.bound.v[place]);
-                held.number.v[place] = select(as, node.number.v[i], held.number.v[place]);
-                held.count = select(as, S(place + 1), held.count);
-            };
-            keep(first == S(int(i)), 1);
-            if constexpr (D == 3) keep(second == S(int(i)), 2);
-        });
         return held;
     }
 
@@ -298,17 +294,16 @@ private:
             shares_[k] = select(node.has(i) & (node.number.v[i] == S(int(k))), shares_[k] + change, shares_[k]);
     }
     FIRN_INLINE void add_pushes(const HeldNode<S>& node) const {
-        if (shares_) unroll<3>([&](auto i) FIRN_LAMBDA { add(node, i, node.normal[i] * node.push.v[i]); });
+        for (int i = 0; shares_ && i < 3; ++i) add(node, i, node.normal[std::size_t(i)] * node.push.v[i]);
     }
 
     /// Returns by how much the friction of each demand changes the velocity at most [m/s].
     FIRN_INLINE V limits(const HeldNode<S>& node) const {
         V limit = V::zero();
         for (std::size_t k = 0; k < demands_.size(); ++k)
-            unroll<2>([&](auto i) FIRN_LAMBDA {
+            for (int i = 0; i < 2; ++i)
                 limit.v[i] = select(node.has(i) & (node.number.v[i] == S(int(k))),
                                     demands_[k].friction * max(node.push.v[i], S(0)), limit.v[i]);
-            });
         return limit;
     }
 
