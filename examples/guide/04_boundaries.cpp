@@ -61,6 +61,20 @@ int main() {
     //! bunny.rotation = firn::rotor({0, 1, 0}, firn::degrees(30));
     //! ```
     //!
+    //! ## Where several surfaces meet
+    //!
+    //! In a corner, between two colliders or at the foot of a slope, all surfaces near a node act at once, whatever the
+    //! order in which you give them: the node's velocity changes as little as possible so that none is entered. Then
+    //! each surface has friction by its own share of the push. A surface that sticks decides; of several, the last.
+    //! A boundary of your own acts after these. Reactions of the parts add up to the whole.
+    //!
+    //! A node between two solids that close on each other moves with the slower one, and rests where they come from both
+    //! sides. In a wedge that closes, it gets no faster than five times the solids.
+    //!
+    //! A shape of your own has one normal at a place. In its concave corners firn finds the other faces by looking one
+    //! cell further. If you know the faces, name them: `faces(x, seen)`, see firn/boundary/shape.hpp. Say
+    //! `convex = true` or `smooth = true` if there are no such corners, and firn does not look.
+    //!
     //! ## Periodic axes and planes of symmetry
     //!
     //! `.periodic = {true, false}` in the domain joins the two ends of the first axis: matter that leaves at one end
@@ -82,8 +96,19 @@ int main() {
     //!
     //! ## What to know
     //!
-    //! Matter comes to rest about one cell before the surface of a collider (`thickness_in_cells`). This layer keeps
-    //! matter out of the solid. Friction acts only while matter presses on the surface. Matter that must come right up to
-    //! the surface meets it [by the gap of particles](15_contact.cpp).
+    //! Walls act on planes of nodes. A wall between two planes acts on the nearer one, up to half a cell from where you
+    //! put it; a simulation warns of that, and says which cell size fits. With firn::GapContact, such walls act where
+    //! they stand: [by the gap of particles](15_contact.cpp).
+    //!
+    //! Colliders may stand anywhere. Matter comes to rest about one cell before their surface (`thickness_in_cells`),
+    //! between half a cell and one and a half, depending on where the nodes lie. This layer keeps matter out of the solid.
+    //! Friction acts only while matter presses on the surface. Matter that must come right up to the surface meets it by
+    //! the gap of particles, too.
+    //!
+    //! A domain may lie far from 0, as in map coordinates. firn measures from the domain's corner, so walls, colliders
+    //! and firn's acceleration fields lose nothing in float. What gets positions in metres does: boundaries and
+    //! acceleration fields of your own, programs for GPUs. They are refused where the last digit of a float exceeds a
+    //! thousandth of a cell: with cells of 0.1 m, beyond 1 km. Give them `measured_from(corner)`, compute in double, or
+    //! move the origin. Positions in states have the precision of the simulation: in float, 0.5 m at 4,600 km.
     return std::abs(moved.position[0] - 1.3) < 0.01 && force[0] < 0 && force[1] > 0 ? 0 : 1;
 }

@@ -156,7 +156,10 @@ public:
     /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
     ///   the boundary;
-    /// - the walls do not coincide with the faces of the domain, or matter has reached a face that has no wall;
+    /// - the domain is so far from 0 that positions in float, in states for example, are rounded to a twentieth of a
+    /// cell;
+    /// - the walls do not coincide with the faces of the domain, or stand between planes of nodes;
+    /// - matter has reached a face of the domain that has no wall;
     /// - matter under tension is stretched farther than the kernel joins its particles.
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.

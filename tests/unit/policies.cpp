@@ -47,7 +47,7 @@ TEST_CASE("Policies are named in any order, and what is not named is the default
 
     const Simulation by_default(box, jelly);
     static_assert(same<decltype(by_default), const Simulation<2, Jelly>>);
-    CHECK(by_default.boundary.upper == Vec<float, 2>(1, 1));
+    CHECK(by_default.boundary.upper == Vec<double, 2>(1, 1));
     CHECK(by_default.boundary.at_upper[0].contact == Contact::separate);
 
     const Simulation in_order(box, jelly, Coloured{3}, Together(walls, ball));

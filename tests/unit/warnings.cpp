@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include <firn/boundary/boundary_list.hpp>
+#include <firn/boundary/gap_contact.hpp>
 #include <firn/firn.hpp>
 
 using namespace firn;
@@ -187,6 +188,59 @@ TEST_CASE("matter inside a solid, and walls that are not the domain's, are warne
     CHECK(holds(walls[0], "the walls reach from (0, 0) m to (1, 0.875) m"));
     CHECK(holds(walls[0], "the domain from (0, 0) m to (1, 1) m"));
     CHECK(run(0.65, 0.875F).size() == 2);
+}
+
+TEST_CASE("walls between planes of nodes are warned of, with the nearest cell size that fits") {
+    const auto said_of = [](const auto& domain, const auto& boundary) {
+        Simulation simulation(domain, FixedCorotated<float>{}, boundary);
+        std::vector<std::string> said;
+        listen(simulation, said);
+        simulation.add(sample_box<2>(domain.lower + Vec<double, 2>{0.4, 0.4}, domain.lower + Vec<double, 2>{0.5, 0.5},
+                                     {.spacing = domain.cell_size / 2}),
+                       1000);
+        simulation.step();
+        simulation.step();
+        return said;
+    };
+    const auto box = [](const Domain<2>& domain) {
+        return Walls<float, 2>::all(domain.lower, domain.upper, {Contact::separate, 0});
+    };
+    const Domain<2> whole{{0, 0}, {1, 1}, 1.0 / 32}, third{{0, 0}, {1, 1}, 0.03}, nearly{{0, 0}, {1, 1}, 0.033333};
+    CHECK(said_of(whole, box(whole)).empty());
+    CHECK(said_of(nearly, box(nearly)).empty());  // 30.0003 cells
+    const auto said = said_of(third, box(third));
+    REQUIRE(said.size() == 1);  // once
+    CHECK(holds(said[0],
+                "the wall at 1 m along axis 0 stands 0.333333333 cells from the nearest plane of nodes, at 0.99 m"));
+    CHECK(holds(said[0], "The nearest cell size that fits all walls is 0.0303030303 m (now 0.03 m)"));
+    // 0.7 and 1 are multiples of 0.1/3, not of 1/33.
+    const Domain<2> oblong{{-3, 2}, {-2, 2.7}, 0.03};
+    CHECK(count(said_of(oblong, Together(Collider<Sphere<float, 2>>{.position = {-9, -9}}, box(oblong))),
+                "fits all walls is 0.0333333333 m") == 1);
+    const Domain<2> odd{{0, 0}, {1, 0.712345}, 0.03};
+    CHECK(count(said_of(odd, box(odd)), "No cell size near 0.03 m fits all walls") == 1);
+    auto open = box(third);
+    open.at_upper = {Wall{Contact::none, 0}, Wall{Contact::none, 0}};
+    CHECK(said_of(third, open).empty());                    // nothing stands there
+    CHECK(said_of(third, GapContact{box(third)}).empty());  // acts where it stands
+    auto inner = box(whole);
+    inner.lower = {0.2, 0.25};
+    CHECK(count(said_of(whole, inner), "the wall at 0.2 m along axis 0 stands 0.4 cells from") == 1);
+}
+
+TEST_CASE("positions that have too few digits in float are warned of") {
+    for (const bool far : {false, true}) {
+        const Vec<double, 2> corner = far ? Vec<double, 2>{5e5, 4.6e6} : Vec<double, 2>{500, 460};
+        Simulation<2> simulation({corner, corner + Vec<double, 2>{10, 10}, 0.5});
+        std::vector<std::string> said;
+        listen(simulation, said);
+        simulation.add(sample_box<2>(corner + Vec<double, 2>{2, 2}, corner + Vec<double, 2>{4, 4}, {.spacing = 0.25}),
+                       1000);
+        simulation.step();
+        CHECK(said.size() == std::size_t(far));
+        CHECK(count(said, "positions of up to 4600010 m") == std::size_t(far));
+        CHECK(count(said, "whose last digit there is 0.5 m, with cells of 0.5 m") == std::size_t(far));
+    }
 }
 
 TEST_CASE("matter that comes to an end of the domain without a wall is warned of once") {

@@ -187,6 +187,18 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
                                   Together(scenes::rough_walls<D>(), ball, tube));
 }
 
+/// Blocks in corners with friction: of walls, and of a hollow box that is turned in them and moves.
+void write_corners(const std::filesystem::path& root) {
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
+    write_case<2, Apic, MlsForce>(root, "2d_corners", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, material);
+    Collider<Complement<Box<float, 3>>> hollow{.shape = {{Vec<float, 3>::filled(0.48F)}}, .friction = 0.5};
+    hollow.position = Vec<double, 3>::filled(0.49);
+    hollow.rotation = rotor({1.0, 2.0, 3.0}, radians(0.05));
+    hollow.linear_velocity = {0.5, -0.25, 0.125};
+    write_case<3, Apic, MlsForce>(root, "3d_corners", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 2, material, 0,
+                                  Together(scenes::rough_walls<3>(), hollow));
+}
+
 /// Blocks in the corners of mirrored walls, some of them inside of the domain and beside a ball.
 void write_mirrored(const std::filesystem::path& root) {
     const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
@@ -473,6 +485,7 @@ int main(int count, char** words) {
         const auto honey = Fluid<float>::from_properties({.viscosity = 5});
         write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
         write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);
+        write_corners(root);
         write_mirrored(root);
         write_averaged(root);
         write_filtered(root);

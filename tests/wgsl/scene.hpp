@@ -65,8 +65,7 @@ firn::Walls<float, D> rough_walls() {
 template <int D>
 firn::Walls<float, D> mirrored_walls(double inset = 0) {
     using firn::Contact, firn::Vec, firn::Wall;
-    firn::Walls<float, D> walls{.lower = Vec<float, D>::filled(float(inset)),
-                                .upper = Vec<float, D>::filled(float(1 - inset))};
+    firn::Walls<float, D> walls{.lower = Vec<double, D>::filled(inset), .upper = Vec<double, D>::filled(1 - inset)};
     walls.at_lower[0] = Wall{Contact::slip, 0.2};
     walls.at_lower[1] = Wall{Contact::separate, 0.3};
     walls.at_upper[0] = Wall{Contact::stick, 0};

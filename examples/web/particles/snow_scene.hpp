@@ -55,7 +55,7 @@ public:
     void drag(const Ray& ray) override {
         if (!is_held_) return;
         const Point to = stage().target - ray.from;
-        pull_.centre = firn::cast<float>(ray.from + ray.along * dot(to, ray.along));
+        pull_.centre = firn::cast<double>(ray.from + ray.along * dot(to, ray.along));
         pull_.direction = firn::cast<float>(ray.along);
     }
     void release() override {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/core/names.hpp>
 
@@ -19,16 +20,16 @@ struct named_list {
 
 /// A list of boundaries of one type, which together act as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
-/// The boundaries act on a node one after another, in the order of `all`: if two boundaries change the same node, the
-/// later boundary decides the node's velocity. If a boundary covers a face of another boundary, as a floor covers the
-/// lower face of a box that stands on the floor, this face has no effect; see Collider.
+/// All surfaces act on a node at once, whatever their order. \see NodeAtSurfaces. If a boundary covers a face of
+/// another boundary, as a floor covers the lower face of a box that stands on the floor, this face has no effect; see
+/// Collider.
 ///
 /// Use a BoundaryList for many colliders of one shape, or where the number of colliders is known only at run time. A
 /// BoundaryList works on the CPU only; on a GPU, use Together.
 /// \tparam B  the type of each boundary
 template <class B>
 struct BoundaryList {
-    std::vector<B> all;  ///< The boundaries, in the order in which they act.
+    std::vector<B> all;  ///< The boundaries. Of those that stick to a node, the last decides.
 
     /// The type of this list with scalar type T.
     template <class T>
@@ -72,11 +73,20 @@ struct BoundaryList {
         return there;
     }
 
+    /// Returns the list for positions that are measured from `corner` [m]. \see firn::measured_from
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        firn::BoundaryList<decltype(firn::measured_from(std::declval<const B&>(), corner))> there;
+        there.all.reserve(all.size());
+        for (const B& one : all) there.all.push_back(firn::measured_from(one, corner));
+        return there;
+    }
+
     /// Returns the velocity [m/s] of a node at x [m] after all boundaries have acted; v [m/s] is the node's velocity
     /// before.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
-        return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
+        return velocity_among(*this, x, v, NoOthers{}, AnySurface{});
     }
 
     /// Calls `seen` for the surfaces of all boundaries, in the order of `all`. \see has_surfaces
@@ -116,24 +126,19 @@ struct BoundaryList {
         for (const B& one : all) count += firn::part_count(one);
         return count;
     }
-    /// Returns the velocity [m/s] of a node at x [m] after all boundaries have acted; v [m/s] is the node's velocity
-    /// before. Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls
-    /// `seen` with the node's velocity before and after each part acted. `first` is the index that `seen` gets for the
-    /// first part. \see firn::velocity_among
-    template <class S, int D, class Others, class Seen, class... Act>
-    FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
-                                         int first, const Act&... act_of_part) const {
+    /// Calls f(part, others, k) for each part of all boundaries in the list. \see firn::for_parts
+    template <class Others, class F>
+    FIRN_INLINE void for_parts(const Others& others, const F& f, int first) const {
         for (const B& one : all) {
-            const auto beside = [&](const Vec<S, D>& at, const auto& see) {
+            const auto beside = [&]<class S, int D>(const Vec<S, D>& at, const auto& see) {
                 others(at, see);
                 if constexpr (has_surfaces<B, S, D>)
                     for (const B& other : all)
                         if (&other != &one) other.surfaces(at, see);
             };
-            v = firn::velocity_among(one, x, v, beside, seen, first, act_of_part...);
+            firn::for_parts(one, beside, f, first);
             first += firn::part_count(one);
         }
-        return v;
     }
     /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k counts the
     /// parts of all boundaries in the list, from 0. \see firn::part_centre

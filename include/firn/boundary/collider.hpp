@@ -35,7 +35,8 @@ struct named_collider {
 /// The layer keeps matter out of the solid. A particle on the surface takes its velocity from nodes up to 1.5 cells
 /// away, the radius of the quadratic spline. If the contact acts on all these nodes, the particle does not enter the
 /// solid, wherever the surface lies between the nodes. Without a layer, matter enters the solid by up to 1.5 cells.
-/// With the default layer, matter comes to rest about one cell before the surface.
+/// With the default layer, matter comes to rest about one cell before the surface, between half a cell and one and a
+/// half, depending on where the nodes lie; by the gap of particles it comes right up to it. \see GapContact
 ///
 /// Other solids (in the same `Together` or `BoundaryList`) can cover a face of this solid, as a floor covers the lower
 /// face of a box that stands on the floor. If contact near the covered face used the normal of this face, the box would
@@ -131,6 +132,22 @@ struct Collider {
         there.cell_size = h;
         return there;
     }
+    /// Returns the collider for positions that are measured from `corner` [m]. \see firn::measured_from
+    Collider measured_from(const Vec<double, D>& corner) const
+        requires std::floating_point<S>
+    {
+        Collider there = *this;
+        if constexpr (requires { shape.from_its_place(); }) {
+            // Far from its origin, a shape would be known to a few digits only.
+            const auto [moved, origin] = shape.from_its_place();
+            const Vec<double, D> arm = matrix_of(rotation) * origin;
+            there.shape = moved;
+            there.position += arm;
+            there.linear_velocity += skew(angular_velocity) * arm;
+        }
+        there.position -= corner;
+        return there;
+    }
     /// The thickness of the layer around the solid [m].
     FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
@@ -167,56 +184,60 @@ struct Collider {
 
     /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
-        return velocity_beside(NoOthers{}, x, v);
+        return velocity_among(*this, x, v, NoOthers{}, AnySurface{});
     }
-    /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before. Unlike
-    /// velocity(), this function takes into account that other solids may cover faces of this solid.
-    /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, with the arguments
-    /// that has_surfaces explains
-    template <class Others>
-    FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
+
+    /// Calls seen(surface) for each face of the solid that acts on a node at x [m] with the velocity v [m/s]. The
+    /// distance is that from the surface that lies `thickness` outside of the shape. \see has_acting_surfaces
+    /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, which may cover
+    /// faces of this solid, with the arguments that has_surfaces explains
+    template <class Others, class Seen>
+    FIRN_INLINE void acting_surfaces(const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
+                                     const Seen& seen) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
         const S thick = S(layer());
         Vec<S, D> local = transpose(R) * (x - cast<S>(position));
         S distance = named("distance", shape.signed_distance(local));
-        if constexpr (!is_flat<Shape> && !std::same_as<Others, NoOthers>) {
-            if (!any(distance <= thick + S(sight()) * S(cell_size))) return v;
-            local = local + transpose(R) * way_out_of(others, x);
-            distance = min(distance, shape.signed_distance(local));
-        }
-        const auto touched = distance <= thick;
-        if (!any(touched)) return v;
-        const Vec<S, D> surface = surface_velocity(x);
-        const Vec<S, D> normal = contact == Contact::stick ? Vec<S, D>::zero() : R * normal_of(shape, local);
-        return select(touched, surface + velocity_after_contact(v - surface, normal, contact, S(friction)), v);
-    }
-
-    /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles, as velocity_beside(). The
-    /// surface lies `thickness` outside of the shape; thickness_in_cells only decides which nodes take part. \see
-    /// GapContact
-    template <class Others, class Act>
-    Vec<S, D> velocity_by_gap(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v, const Act& act) const {
-        const Mat<S, D> R = matrix_of(cast<S>(rotation));
-        const S thick = S(layer());
-        Vec<S, D> local = transpose(R) * (x - cast<S>(position));
-        S distance = shape.signed_distance(local);
-        const S of_node = distance;
-        if constexpr (!is_flat<Shape> && !std::same_as<Others, NoOthers>) {
-            if (!(distance <= thick + S(sight()) * S(cell_size))) return v;
+        S nearest = distance;
+        if constexpr (!is_flat<Shape> && !has_faces<Shape> && !std::same_as<Others, NoOthers>) {
+            if (!any(distance <= thick + S(sight()) * S(cell_size))) return;
             local = local + transpose(R) * way_out_of(others, x);
             distance = shape.signed_distance(local);
+            nearest = min(nearest, distance);
         }
-        if (!(min(of_node, distance) <= thick)) return v;
-        return act(v, distance - S(thickness), R * normal_of(shape, local), surface_velocity(x), contact, S(friction));
+        const auto touched = nearest <= thick;
+        if (!any(touched)) return;
+        const Vec<S, D> surface = surface_velocity(x);
+        const auto tell = [&](const mask_t<S>& acts, const S& from, const Vec<S, D>& normal) FIRN_LAMBDA {
+            seen(ActingSurface<S, D>{acts, from - S(thickness), R * normal, surface, contact, S(friction)});
+        };
+        if constexpr (has_faces<Shape>) {
+            shape.faces(local, [&](const S& from, const Vec<S, D>& normal) FIRN_LAMBDA {
+                if (any(from <= thick)) tell(from <= thick, from, normal);
+            });
+        } else if (contact == Contact::stick && !needs_normals<Seen>) {
+            tell(touched, distance, Vec<S, D>::zero());
+        } else {
+            const Vec<S, D> normal = normal_of(shape, local);
+            tell(touched, distance, normal);
+            if constexpr (may_have_corners<Shape>)
+                find_corner(touched, thick, local, distance, normal, transpose(R) * (v - surface), tell);
+        }
     }
 
-    /// Calls `seen` once, for the outer surface of the layer. \see has_surfaces
+    /// Calls `seen` for the outer surface of the layer; for each of its faces if the shape names its faces. \see
+    /// has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
         const Vec<S, D> local = transpose(R) * (x - cast<S>(position));
-        seen(shape.signed_distance(local) - S(layer()), R * normal_of(shape, local), surface_velocity(x), contact,
-             S(friction));
+        const auto tell = [&](const S& distance, const Vec<S, D>& normal) FIRN_LAMBDA {
+            seen(distance - S(layer()), R * normal, surface_velocity(x), contact, S(friction));
+        };
+        if constexpr (has_faces<Shape>)
+            shape.faces(local, tell);
+        else
+            tell(shape.signed_distance(local), normal_of(shape, local));
     }
 
     /// Returns true if the solid or its layer may change nodes in the box [lower, upper] [m].
@@ -246,7 +267,7 @@ struct Collider {
     double looks_around() const
         requires std::floating_point<S>
     {
-        return is_flat<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
+        return is_flat<Shape> || has_faces<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
     }
 
     /// Returns a description, as it is written into files: "collider_sphere: separate, friction 0.3".
@@ -258,18 +279,72 @@ private:
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
+    /// Calls tell(acts, distance, normal) for further faces of a concave corner that a node is near, with the distances
+    /// of the node from their planes.
+    ///
+    /// The shape has one normal at a point, that of the nearest face. A node beside the corner moves on along this
+    /// face, into the other one. So its neighbourhood is looked at again: at a point on the outside of the layer, one
+    /// cell along the velocity that the faces before have left. A convex solid has nothing there, and a smooth hollow
+    /// has almost the same normal.
+    /// \param thick     thickness of the layer [m]
+    /// \param local     position of the node, in the shape's coordinates [m]
+    /// \param distance  signed distance of the node from the shape [m];  \param normal  the shape's normal there
+    /// \param v         velocity of the node relative to the solid, in the shape's coordinates [m/s]
+    template <class Tell>
+    FIRN_INLINE void find_corner(mask_t<S> found, const S& thick, const Vec<S, D>& local, const S& distance,
+                                 const Vec<S, D>& normal, const Vec<S, D>& v, const Tell& tell) const {
+        constexpr double corner = 0.8;  // cosine of the angle between normals from which faces meet in a corner
+        const S cell = S(cell_size);
+        const auto along = [&](const Vec<S, D>& left) FIRN_LAMBDA {
+            const S square = dot(left, left);
+            const auto moves = S(1e-30) < square;
+            return left * select(moves, cell / sqrt(select(moves, square, S(1))), S(0));
+        };
+        Vec<S, D> out = normal * (thick - distance), left = v - normal * dot(v, normal), first = normal;
+        Vec<S, D> second = Vec<S, D>::zero();
+        unroll<D - 1>([&](auto look) FIRN_LAMBDA {
+            if (!any(found)) return;
+            const Vec<S, D> way = out + along(left), there = local + way;
+            const S from = shape.signed_distance(there);
+            found = found & (from < thick - cell * S(0.3));
+            if (!any(found)) return;
+            const Vec<S, D> other = normal_of(shape, there);
+            const S to_plane = from - dot(other, way);
+            found = found & (dot(other, first) < S(corner)) & (dot(other, second) < S(corner)) & (to_plane <= thick);
+            if (!any(found)) return;
+            tell(found, to_plane, other);
+            if constexpr (look + 1 < D - 1) {
+                // On to where both faces end, along the edge between them.
+                const Vec<S, 3> edge = cross(first, other);
+                const S square = dot(edge, edge);
+                const auto meet = S(1e-8) < square;
+                const S per_square = select(meet, S(1) / select(meet, square, S(1)), S(0));
+                out = (cross(other, edge) * (thick - distance) + cross(edge, first) * (thick - to_plane)) * per_square;
+                left = edge * (dot(v, edge) * per_square);
+                found = found & meet;
+                second = other;
+            }
+        });
+    }
+
     /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is
     /// at most `farthest_off` cells along each axis.
     template <class Others>
     FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
         const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;
-        Vec<S, D> way = Vec<S, D>::zero();
+        Vec<S, D> up = Vec<S, D>::zero(), down = up;  // the farthest along each axis, so that no order matters
         others(x,
                [&](const S& distance, const Vec<S, D>& normal, const Vec<S, D>&, Contact kind, const S&) FIRN_LAMBDA {
-                   if (kind != Contact::none) way += normal * min(max(off - distance, S(0)), most);
+                   if (kind == Contact::none) return;
+                   const S length = min(max(off - distance, S(0)), most);
+                   if (!any(S(0) < length)) return;
+                   const Vec<S, D> way = normal * length;
+                   unroll<D>([&](auto a) FIRN_LAMBDA {
+                       up.v[a] = max(up.v[a], way.v[a]);
+                       down.v[a] = min(down.v[a], way.v[a]);
+                   });
                });
-        unroll<D>([&](auto a) FIRN_LAMBDA { way.v[a] = min(max(way.v[a], -most), most); });
-        return way;
+        return up + down;
     }
 };
 

@@ -13,13 +13,19 @@
 ///     void check()                       throws parameter_error if a parameter is out of range
 ///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
+///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m,
+///     double];
+///                                        for boundaries that are to work in domains far from 0
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
+///     void acting_surfaces(x, v, others, seen)  calls seen(surface) for each surface that acts on a node; see
+///                                        has_acting_surfaces
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
 ///     Vec velocity_by_gap(x, v, act)     as velocity(), by the gap of particles; see GapContact
 ///     std::string description()          a text that is written into files
 #pragma once
 
+#include <firn/boundary/at_once.hpp>
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
@@ -141,13 +147,12 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
         return boundary;
 }
 
-// A boundary may have parts, which act one after another and whose reactions are recorded separately. Such a boundary
-// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first). velocity_among()
-// calls seen(first + k, before, after) for each part k, with the node's velocities before and after this part acted.
+// A boundary may have parts, whose reactions are recorded separately. Such a boundary has part_count(),
+// template centre_of_part<D>(k), and for_parts(others, f, first). The surfaces of all parts act at once, see
+// at_once.hpp; a part without acting_surfaces() acts after them, in the order of the parts.
 //
-// The effect of a part may depend on the surfaces of other solids. Such a part has velocity_beside(others, x, v), where
-// others(x, seen) calls `seen` for each surface of the other solids. The arguments of `seen` are explained at
-// has_surfaces.
+// The effect of a part may depend on the surfaces of other solids. For such a part, `others` is a function: others(x,
+// seen) calls `seen` for each surface of the other solids. The arguments of `seen` are explained at has_surfaces.
 
 /// Returns the number of a boundary's parts; 1 for a boundary without part_count().
 template <class B>
@@ -170,41 +175,69 @@ Vec<double, D> part_centre(const B& boundary, int k) {
         return Vec<double, D>::zero();
 }
 
-/// A function object to pass as `others` to velocity_among() or velocity_beside() where there are no other solids.
+/// A function object to pass as `others` where there are no other solids.
 struct NoOthers {
     /// Does nothing: there is no surface for which to call `seen`.
     template <class X, class Seen>
     FIRN_INLINE void operator()(const X&, const Seen&) const {}
 };
 
-/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted, one after another.
+/// Calls f(part, others, k) for each part of a boundary; a boundary without for_parts() is its only part.
+/// \param others  a function: others(x, seen) calls `seen` for each surface of other solids. What f gets as `others`
+/// also
+///                calls it for the surfaces of the boundary's other parts
+/// \param first   the index k of the first part
+template <class B, class Others, class F>
+FIRN_INLINE void for_parts(const B& boundary, const Others& others, const F& f, int first = 0) {
+    if constexpr (requires { boundary.for_parts(others, f, first); })
+        boundary.for_parts(others, f, first);
+    else
+        f(boundary, others, first);
+}
+
+/// Whether B has a function `acting_surfaces(x, v, others, seen)`. For each surface that acts on a node at x [m] with
+/// the velocity v [m/s], the function calls seen(surface) with an ActingSurface. \see NodeAtSurfaces
+template <class B, class S, int D>
+concept has_acting_surfaces =
+    requires(const B b, const Vec<S, D> x) { b.acting_surfaces(x, x, NoOthers{}, AnySurface{}); };
+
+/// Whether `seen` needs the normal of a surface that sticks, too; without gaps the velocity is that of the solid.
+template <class Seen>
+inline constexpr bool needs_normals = requires { Seen::needs_normals; };
+
+/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted: first all surfaces at once,
+/// then parts of which firn does not know the surfaces, one after another.
 /// \param x       the node's position [m]
 /// \param v       the node's velocity before the boundary acts [m/s]
 /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
-/// \param seen    a function, called as seen(first + k, before, after) for every part k, with the node's velocities
-/// [m/s] before and after this part acted
+/// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities of the
+/// node
+///                [m/s]. Each difference is the share of this part; their sum is the whole change
 /// \param first   the index that `seen` gets for part 0 of the boundary
-/// \param act_of_part  optional, a function: act_of_part(part, others, x, v) returns the velocity after a part has
-/// acted. Without it, velocity_beside() or velocity() of the part does
-template <class B, class S, int D, class Others, class Seen, class... Act>
+template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
-                                     const Seen& seen, int first = 0, const Act&... act_of_part) {
-    static_assert(sizeof...(Act) <= 1);
-    if constexpr (requires { boundary.velocity_among(x, v, others, seen, first, act_of_part...); }) {
-        return boundary.velocity_among(x, v, others, seen, first, act_of_part...);
-    } else {
-        const auto act = [&]() FIRN_LAMBDA {
-            if constexpr (sizeof...(Act) > 0)
-                return Vec<S, D>((act_of_part(boundary, others, x, v), ...));
-            else if constexpr (requires { boundary.velocity_beside(others, x, v); })
-                return boundary.velocity_beside(others, x, v);
-            else
-                return Vec<S, D>(detail::in_own_terms(boundary.velocity(x, v)));
-        };
-        const Vec<S, D> after = act();
-        seen(first, v, after);
-        return after;
-    }
+                                     const Seen& seen, int first = 0) {
+    NodeAtSurfaces<S, D> node(v);
+    for_parts(
+        boundary, others,
+        [&]<class Part>(const Part& part, const auto& beside, int k) FIRN_LAMBDA {
+            if constexpr (has_acting_surfaces<Part, S, D>)
+                part.acting_surfaces(x, v, beside,
+                                     [&](const ActingSurface<S, D>& surface) FIRN_LAMBDA { node.add(k, surface); });
+        },
+        first);
+    Vec<S, D> after = node.velocity(seen);
+    for_parts(
+        boundary, others,
+        [&]<class Part>(const Part& part, const auto&, int k) FIRN_LAMBDA {
+            if constexpr (!has_acting_surfaces<Part, S, D>) {
+                const Vec<S, D> before = after;
+                after = Vec<S, D>(detail::in_own_terms(part.velocity(x, before)));
+                seen(k, before, after);
+            }
+        },
+        first);
+    return after;
 }
 
 /// Returns a distance [m]: only other solids within this distance of a node can change how a boundary acts on the node.
@@ -237,14 +270,6 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
         part(k, [&](const auto& one) { near += one.reaches(lower - margin, upper + margin); });
     return near == 2;
 }
-
-/// A function object that can be called with any arguments and does nothing. Pass an AnySurface as `seen` where nothing
-/// needs to be recorded.
-struct AnySurface {
-    /// Does nothing.
-    template <class... Of>
-    constexpr void operator()(const Of&...) const {}
-};
 
 /// Whether B has a function `surfaces(x, seen)`. The function reports where the surfaces of the boundary are, seen from
 /// a point x [m], which need not be a node. For each surface, the function calls

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace firn {
@@ -56,6 +57,7 @@ struct DistanceNumbers {
 template <scalar S, int D, class Number = float>
 struct DistanceGrid {
     std::shared_ptr<const DistanceNumbers<Number, D>> numbers;  ///< The grid and its distances; must not be null.
+    Vec<double, D> origin = Vec<double, D>::zero();             ///< The point that positions are measured from [m].
 
     using scalar_type = S;
     static constexpr int dimension = D;
@@ -79,7 +81,15 @@ struct DistanceGrid {
         static_assert(has_lanes<T>,
                       "firn: a DistanceGrid reads its distances from memory that a program for a GPU does not have; "
                       "use a shape with a formula there.");
-        return {numbers};
+        return {numbers, origin};
+    }
+    /// Returns this shape for positions that are measured from another point, and this point [m]. Where the grid is far
+    /// from its origin, such as one of a mesh in map coordinates, that is the grid's lower corner.
+    std::pair<DistanceGrid, Vec<double, D>> from_its_place() const {
+        double size = 0;
+        for (const int n : numbers->nodes) size = std::max(size, n * numbers->spacing);
+        const bool far = norm(numbers->lower - origin) > 100 * size;
+        return {{numbers, far ? numbers->lower : origin}, far ? numbers->lower - origin : Vec<double, D>::zero()};
     }
     /// Returns an upper bound [m] of the error of a difference between two interpolated distances: √D times the
     /// spacing. Each of the two distances has an error of at most half of this bound.
@@ -90,8 +100,9 @@ struct DistanceGrid {
     double extent() const {
         Vec<double, D> farthest{};
         for (int a = 0; a < D; ++a) {
-            const double upper = numbers->lower[a] + (numbers->nodes[std::size_t(a)] - 1) * numbers->spacing;
-            farthest[a] = std::max(std::abs(numbers->lower[a]), std::abs(upper));
+            const double lower = numbers->lower[a] - origin[a];
+            const double upper = lower + (numbers->nodes[std::size_t(a)] - 1) * numbers->spacing;
+            farthest[a] = std::max(std::abs(lower), std::abs(upper));
         }
         return norm(farthest);
     }
@@ -127,7 +138,7 @@ private:
         std::size_t first[lanes] = {}, stride[D];
         for (std::size_t a = D, step = 1; a-- > 0; step *= std::size_t(of.nodes[a])) stride[a] = step;
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const S from_lower = x.v[a] - S(of.lower[a]), spacing = S(of.spacing);
+            const S from_lower = x.v[a] - S(of.lower[a] - origin[a]), spacing = S(of.spacing);
             const int last = of.nodes[a] - 1;
             const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN gives 0
             const S node = min(S(last - 1), floor(within));

@@ -3,6 +3,7 @@
 
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/contact.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/names.hpp>
 
 #include <concepts>
@@ -30,7 +31,9 @@ inline constexpr bool never = false;
 ///
 /// Surfaces with the contact `slip` or `stick` hold matter that is nearer than boundary_reach cells; other matter
 /// approaches them freely. A collider's surface lies `thickness` outside of its shape. Its thickness_in_cells only says
-/// which nodes take part. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image.
+/// which nodes take part. Walls act from half a cell in front of their faces, so that they act where they stand between
+/// planes of nodes, too. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image. All surfaces act
+/// on a node at once. \see NodeAtSurfaces
 ///
 /// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
@@ -70,6 +73,12 @@ struct GapContact {
     template <class H>
     GapContact on_grid(const H& h) const {
         return {firn::on_grid(boundary, h)};
+    }
+
+    /// Returns this boundary for positions that are measured from `corner` [m].
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        return firn::GapContact<decltype(firn::measured_from(boundary, corner))>{firn::measured_from(boundary, corner)};
     }
 
     /// Does not compile: the velocity of a node depends on the particles around it, which only act_by_gap() knows.
@@ -149,7 +158,28 @@ struct ActByGap {
     Vec<double, D> operator()(const Vec<double, D>& v, double distance, const Vec<double, D>& normal,
                               const Vec<double, D>& velocity, Contact contact, double friction) const {
         if (contact == Contact::none) return v;
-        const double gap = distance + nearest(normal);
+        return alone(v, distance + nearest(normal), normal, velocity, contact, friction);
+    }
+
+    /// Adds a surface to those that act on a node at once.
+    /// \param part  index of the part of the boundary that the surface belongs to
+    /// \param v     velocity of the node before any surface acts [m/s]
+    void add(NodeAtSurfaces<double, D>& node, int part, const Vec<double, D>& v,
+             const ActingSurface<double, D>& surface) const {
+        if (surface.contact == Contact::none || !surface.acts) return;
+        const double gap = surface.distance + nearest(surface.normal);
+        if (!(gap < none)) return;
+        ActingSurface<double, D> now = surface;
+        const bool held = holds(surface.contact) && gap <= boundary_reach * cell_size;
+        if (!held) now.contact = Contact::separate;
+        node.add(part, now, alone(v, gap, surface.normal, surface.velocity, surface.contact, surface.friction),
+                 held ? 0 : closing_speed(gap, dt));
+    }
+
+private:
+    /// Returns the velocity of the node [m/s] after contact with a surface that acts alone.
+    Vec<double, D> alone(const Vec<double, D>& v, double gap, const Vec<double, D>& normal,
+                         const Vec<double, D>& velocity, Contact contact, double friction) const {
         if (!(gap < none)) return v;
         const Vec<double, D> before = v - velocity;
         const Vec<double, D> after =
@@ -158,33 +188,52 @@ struct ActByGap {
     }
 };
 
+namespace detail {
+/// Adds the surfaces of a part that act on a node, by the gap of particles.
+template <int D, class Act>
+struct AddByGap {
+    static constexpr bool needs_normals = true;
+    const Act& act;
+    NodeAtSurfaces<double, D>& node;
+    int part;
+    const Vec<double, D>& v;
+    void operator()(const ActingSurface<double, D>& surface) const { act.add(node, part, v, surface); }
+};
+}  // namespace detail
+
 /// Whether the boundary B has a function velocity_by_gap(x, v, act), as GapContact asks for.
 template <class B, int D, class Act>
 concept has_velocity_by_gap = requires(const B b, const Vec<double, D> x, const Act act) {
     { b.velocity_by_gap(x, x, act) } -> std::same_as<Vec<double, D>>;
 };
 
-/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted by the gap of particles.
+/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted by the gap of particles:
+/// first all surfaces at once, then parts of which firn does not know the surfaces, one after another.
 /// \param act   how surfaces act. \see ActByGap
-/// \param seen  a function, called as seen(k, before, after) for every part k
+/// \param seen  a function, called as seen(k, before, after) for what part k does. \see velocity_among
 template <class B, int D, class Act, class Seen>
 Vec<double, D> velocity_by_gap(const B& boundary, const Vec<double, D>& x, const Vec<double, D>& v, const Act& act,
                                const Seen& seen) {
-    const auto of_part = [&]<class Part>(const Part& part, const auto& others, const auto& at, const auto& before) {
-        if constexpr (requires { part.velocity_by_gap(others, at, before, act); }) {
-            return part.velocity_by_gap(others, at, before, act);
-        } else {
+    NodeAtSurfaces<double, D> node(v);
+    for_parts(boundary, NoOthers{}, [&]<class Part>(const Part& part, const auto& beside, int k) {
+        if constexpr (has_acting_surfaces<Part, double, D>)
+            part.acting_surfaces(x, v, beside, detail::AddByGap<D, Act>{act, node, k, v});
+    });
+    Vec<double, D> after = node.velocity(seen);
+    for_parts(boundary, NoOthers{}, [&]<class Part>(const Part& part, const auto&, int k) {
+        if constexpr (!has_acting_surfaces<Part, double, D>) {
             constexpr bool fits = has_velocity_by_gap<Part, D, Act>;
             static_assert(fits,
                           "firn: this boundary cannot act by the gap of particles. A boundary in a GapContact must "
                           "have velocity_by_gap(x, v, act), see firn/boundary/gap_contact.hpp.");
-            if constexpr (fits)
-                return part.velocity_by_gap(at, before, act);
-            else
-                return before;
+            if constexpr (fits) {
+                const Vec<double, D> before = after;
+                after = part.velocity_by_gap(x, before, act);
+                seen(k, before, after);
+            }
         }
-    };
-    return velocity_among(boundary, x, v, NoOthers{}, seen, 0, of_part);
+    });
+    return after;
 }
 
 }  // namespace firn

@@ -15,6 +15,12 @@
 ///     double uncertainty()   error [m]: the signed distances of two positions differ by at most |Δx| plus this error
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
+///     convex = true          the solid is convex;  smooth = true: its surface has no edges. Unless one of them is
+///     true,
+///                            firn looks for concave corners around nodes that touch the solid
+///     void faces(x, seen)    calls seen(distance, normal) for each face of a solid that several half-spaces form
+///                            together: the signed distance of x from the plane of the face [m], and its normal. Then
+///                            all faces that are near a node act on the node, in corners, too
 ///     void check()           throws parameter_error if a parameter is out of range
 #pragma once
 
@@ -50,6 +56,32 @@ inline constexpr bool is_flat = false;
 template <class Shape>
     requires requires { Shape::flat; }
 inline constexpr bool is_flat<Shape> = Shape::flat;
+
+/// Whether the solid is convex: false for a shape that does not declare `convex`.
+template <class Shape>
+inline constexpr bool is_convex = false;
+/// Whether the solid is convex: Shape::convex, for a shape that declares `convex`.
+template <class Shape>
+    requires requires { Shape::convex; }
+inline constexpr bool is_convex<Shape> = Shape::convex;
+/// Whether the surface has no edges: false for a shape that does not declare `smooth`.
+template <class Shape>
+inline constexpr bool is_smooth = false;
+/// Whether the surface has no edges: Shape::smooth, for a shape that declares `smooth`.
+template <class Shape>
+    requires requires { Shape::smooth; }
+inline constexpr bool is_smooth<Shape> = Shape::smooth;
+
+/// Whether the shape has a function `faces(x, seen)`. The function calls seen(distance, normal) for each face.
+template <class Shape>
+concept has_faces =
+    requires(const Shape shape, const Vec<typename shape_facts<Shape>::scalar_type, shape_facts<Shape>::dimension> x) {
+        shape.faces(x, [](const auto&, const auto&) {});
+    };
+
+/// Whether the shape may have concave corners that it does not name.
+template <class Shape>
+inline constexpr bool may_have_corners = !is_flat<Shape> && !is_convex<Shape> && !is_smooth<Shape> && !has_faces<Shape>;
 
 /// Returns the unit vector v/‖v‖; or the unit vector along the second axis if ‖v‖ ≤ 1e-15, as at the centre of a
 /// sphere.

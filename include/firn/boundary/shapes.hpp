@@ -6,6 +6,7 @@
 #include <firn/core/names.hpp>
 
 #include <cmath>
+#include <utility>
 
 namespace firn {
 
@@ -65,6 +66,7 @@ struct Sphere {
     S radius = S(0.1);  ///< radius of the sphere [m]
 
     static constexpr const char* name = "sphere";
+    static constexpr bool convex = true, smooth = true;
     static constexpr auto parameters() { return std::tuple{parameter{"radius", "m", &Sphere::radius}}; }
 
     /// Checks the radius.
@@ -94,6 +96,7 @@ struct Box {
     Vec<S, D> half_extents = Vec<S, D>::filled(S(0.1));  ///< distances from the centre to the faces [m]
 
     static constexpr const char* name = "box";
+    static constexpr bool convex = true;
     static constexpr auto parameters() { return std::tuple{parameter{"half_extents", "m", &Box::half_extents}}; }
 
     /// Checks the half extents.
@@ -119,6 +122,17 @@ struct Box {
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Position at = locate(x);
         return select(at.is_outside, direction_or_up(at.beyond), at.nearest_face);
+    }
+    /// Calls seen(distance, normal) for each face: the signed distance of x from its plane [m], negative on the side of
+    /// the box, and its outward normal.
+    template <class Seen>
+    FIRN_INLINE void planes(const Vec<S, D>& x, const Seen& seen) const {
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            Vec<S, D> axis = Vec<S, D>::zero();
+            axis[a] = S(1);
+            seen(x.v[a] - half_extents.v[a], axis);
+            seen(-x.v[a] - half_extents.v[a], -axis);
+        });
     }
 
 private:
@@ -156,6 +170,7 @@ struct Capsule {
     S radius = S(0.05);      ///< radius of the cylinder and of its ends [m]
 
     static constexpr const char* name = "capsule";
+    static constexpr bool convex = true, smooth = true;
     static constexpr auto parameters() {
         return std::tuple{parameter{"half_length", "m", &Capsule::half_length},
                           parameter{"radius", "m", &Capsule::radius}};
@@ -189,7 +204,8 @@ private:
     }
 };
 
-/// The outside of a shape: a solid with a hollow that has this shape, such as a container for matter.
+/// The outside of a shape: a solid with a hollow that has this shape, such as a container for matter. In the corners of
+/// a box all its faces act.
 /// \tparam Shape  a shape, as in `Complement<Sphere<float, 3>>`
 template <class Shape>
 struct Complement {
@@ -202,7 +218,8 @@ struct Complement {
     using with_scalar = Complement<with_scalar_t<Shape, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_outside, Shape>::text;
-    static constexpr bool flat = is_flat<Shape>;  ///< True if the normal is the same everywhere.
+    static constexpr bool flat = is_flat<Shape>;      ///< True if the normal is the same everywhere.
+    static constexpr bool smooth = is_smooth<Shape>;  ///< True if the surface has no edges.
     static constexpr auto parameters() { return std::tuple{parameter{"hollow", "", &Complement::hollow}}; }
     /// Returns this shape with scalar type T.
     template <class T>
@@ -210,6 +227,13 @@ struct Complement {
         return {lift<T>(hollow)};
     }
 
+    /// Returns this shape for positions that are measured from another point, and this point [m].
+    auto from_its_place() const
+        requires requires(const Shape s) { s.from_its_place(); }
+    {
+        const auto [moved, origin] = hollow.from_its_place();
+        return std::pair{Complement{moved}, origin};
+    }
     /// Checks the shape `hollow`.
     /// \throws parameter_error if hollow.check() throws it
     void check() const
@@ -232,6 +256,13 @@ struct Complement {
     /// The unit normal at x [1]; it points into `hollow`.
     FIRN_INLINE Vec<scalar_type, dimension> normal(const Vec<scalar_type, dimension>& x) const {
         return -normal_of(hollow, x);
+    }
+    /// Calls seen(distance, normal) for each face of a box. \see has_faces
+    template <class Seen>
+        requires requires(const Shape s, const Vec<scalar_type, dimension> x, const Seen f) { s.planes(x, f); }
+    FIRN_INLINE void faces(const Vec<scalar_type, dimension>& x, const Seen& seen) const {
+        hollow.planes(x, [&](const scalar_type& distance, const Vec<scalar_type, dimension>& normal)
+                             FIRN_LAMBDA { seen(-distance, -normal); });
     }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 
@@ -33,8 +34,8 @@ struct part_parameter {
 /// Several boundaries, combined into one: `Together(walls, ball)` is a
 /// `Together<Walls<float, 3>, Collider<Sphere<float, 3>>>`.
 ///
-/// The boundaries act on a node one after another, in the order of `parts`: if two boundaries change the same node, the
-/// later boundary decides the node's velocity. If a boundary covers a face of another boundary, as a floor covers the
+/// All surfaces act on a node at once, whatever the order of the parts. \see NodeAtSurfaces. A boundary of your own
+/// without acting_surfaces() acts after them. If a boundary covers a face of another boundary, as a floor covers the
 /// lower face of a box that stands on the floor, this face has no effect; see Collider.
 ///
 /// Use Together for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
@@ -45,7 +46,7 @@ struct Together {
     static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals),
                   "firn: a Together has one to twelve parts; one of them may be a Together or a BoundaryList.");
 
-    std::tuple<B...> parts;  ///< The boundaries, in the order in which they act.
+    std::tuple<B...> parts;  ///< The boundaries. Of those that stick to a node, the last decides.
 
     /// Makes every part with the default values of its type.
     constexpr Together() = default;
@@ -88,10 +89,21 @@ struct Together {
         return std::apply([&](const auto&... part) { return Together(firn::on_grid(part, h)...); }, parts);
     }
 
+    /// Returns this boundary for positions that are measured from `corner` [m]. \see firn::measured_from
+    template <int D>
+    auto measured_from(const Vec<double, D>& corner) const {
+        return std::apply(
+            [&](const auto&... part) {
+                return firn::Together<decltype(firn::measured_from(part, corner))...>(
+                    firn::measured_from(part, corner)...);
+            },
+            parts);
+    }
+
     /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
-        return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
+        return velocity_among(*this, x, v, NoOthers{}, AnySurface{});
     }
 
     /// Calls `seen` for the surfaces of all parts, in the order of the parts. \see has_surfaces
@@ -130,23 +142,19 @@ struct Together {
     int part_count() const {
         return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
     }
-    /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.
-    /// Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls `seen`
-    /// with the node's velocity before and after each part acted. `first` is the index that `seen` gets for the first
-    /// part. \see firn::velocity_among
-    template <class S, int D, class Others, class Seen, class... Act>
-    FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
-                                         int first, const Act&... act_of_part) const {
+    /// Calls f(part, others, k) for each part. If a part is itself of type Together or BoundaryList, the parts in this
+    /// part are meant instead. \see firn::for_parts
+    template <class Others, class F>
+    FIRN_INLINE void for_parts(const Others& others, const F& f, int first) const {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA {
             const auto& part = std::get<i>(parts);
-            const auto beside = [&](const Vec<S, D>& at, const auto& see) {
+            const auto beside = [&](const auto& at, const auto& see) {
                 others(at, see);
                 surfaces_but(i, at, see);
             };
-            v = firn::velocity_among(part, x, v, beside, seen, first, act_of_part...);
+            firn::for_parts(part, beside, f, first);
             first += firn::part_count(part);
         });
-        return v;
     }
     /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the index
     /// of a part, from 0 to part_count() − 1. \see firn::part_centre

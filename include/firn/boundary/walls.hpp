@@ -5,7 +5,9 @@
 #include <firn/boundary/contact.hpp>
 #include <firn/core/error.hpp>
 
+#include <concepts>
 #include <limits>
+#include <type_traits>
 
 namespace firn {
 
@@ -27,34 +29,50 @@ enum class NodesBehind {
 /// rules for the nodes beside a wall:
 ///
 /// - `held`: nodes on a face, and the ghost nodes outside of the box, get the velocity that velocity_after_contact()
-///   returns. The velocity gradient at particles near the wall is then too small. In the two cells next to the wall,
-///   stresses have an error of about a fifth, also with finer cells; between slipping walls, convergence is of first
-///   order.
+///   returns. A face between two planes of nodes acts on the nearer one, so it stands up to half a cell from where it
+///   was put; a simulation warns of that. The velocity gradient at particles near the wall is then too small. In the
+///   two cells next to the wall, stresses have an error of about a fifth, also with finer cells; between slipping
+///   walls, convergence is of first order.
 /// - `mirrored`: matter moves as if its mirror image stood behind the wall. A wall with contact `slip` and without
 ///   friction is then a plane of symmetry: half a body at the wall moves as half of the whole body, to rounding. At a
 ///   wall with contact `stick` the velocity is an odd function of the distance from the wall. Convergence is of second
 ///   order. \see mirrored
 ///
+/// All held faces act on a node at once, whatever the order of axes. Mirrored faces act one axis after another: in an
+/// edge with friction, exchanged axes can change the velocity along it, by about a hundredth.
+///
 /// Mirrored faces must lie on planes of nodes, and opposite faces at least 3 cells apart. More than a cell and a half
 /// behind a face, nodes are held under either rule.
 template <scalar S, int D>
 struct Walls {
-    Vec<S, D> lower{};                             ///< lower corner of the box [m]
-    Vec<S, D> upper{};                             ///< upper corner of the box [m]
+    /// The scalar type of the corners: double if S is float or double, else S. So walls stand where they were put in
+    /// domains far from 0, too.
+    using P = std::conditional_t<std::floating_point<S>, double, S>;
+
+    Vec<P, D> lower{};                             ///< lower corner of the box [m]
+    Vec<P, D> upper{};                             ///< upper corner of the box [m]
     std::array<Wall, D> at_lower{},                ///< the wall at the lower end of each axis
         at_upper{};                                ///< the wall at the upper end of each axis
     NodesBehind nodes_behind = NodesBehind::held;  ///< How nodes behind all walls move.
     S mirrored_depth = S(0);  ///< How far behind a face nodes are not held [m]. on_grid() computes it.
+    S half_cell = S(0);       ///< How far in front of a face nodes are held [m]. on_grid() computes it.
 
     /// Returns walls on all faces of the box [lower, upper] [m], each with the contact and the friction of `wall`.
     /// \throws parameter_error if check() throws it
-    static Walls all(const Vec<S, D>& lower, const Vec<S, D>& upper, Wall wall) {
+    /// @{
+    static Walls all(const Vec<P, D>& lower, const Vec<P, D>& upper, Wall wall) {
         Walls walls{lower, upper, {}, {}};
         walls.at_lower.fill(wall);
         walls.at_upper.fill(wall);
         walls.check();
         return walls;
     }
+    template <class T>
+        requires(!std::same_as<T, P>)
+    static Walls all(const Vec<T, D>& lower, const Vec<T, D>& upper, Wall wall) {
+        return all(cast<P>(lower), cast<P>(upper), wall);
+    }
+    /// @}
 
     /// Checks the corners and the friction of every face.
     /// \throws parameter_error unless lower \< upper along every axis, both corners are finite, and the friction of
@@ -97,14 +115,26 @@ struct Walls {
     template <class T>
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
-        return {cast<T>(lower), cast<T>(upper), at_lower, at_upper, nodes_behind, T(mirrored_depth)};
+        using Q = typename Walls<T, D>::P;
+        return {cast<Q>(lower), cast<Q>(upper), at_lower, at_upper, nodes_behind, T(mirrored_depth), T(half_cell)};
     }
 
     /// Returns the walls for a grid with cells of side h [m].
     template <class H>
     FIRN_INLINE Walls on_grid(const H& h) const {
+        constexpr double half = 0.501;  // of two planes as far away, the one in front
         Walls there = *this;
+        there.half_cell = S(half) * S(h);
         if (nodes_behind == NodesBehind::mirrored) there.mirrored_depth = S(1.5) * S(h);
+        return there;
+    }
+    /// Returns the walls for positions that are measured from `corner` [m]. \see firn::measured_from
+    Walls measured_from(const Vec<double, D>& corner) const
+        requires std::floating_point<S>
+    {
+        Walls there = *this;
+        there.lower -= corner;
+        there.upper -= corner;
         return there;
     }
 
@@ -121,35 +151,26 @@ struct Walls {
     }
 
     /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
+        return velocity_among(*this, x, v, NoOthers{}, AnySurface{});
+    }
+
+    /// Calls seen(surface) for each face that acts on a node at x [m]. \see has_acting_surfaces
+    template <class Others, class Seen>
+    FIRN_INLINE void acting_surfaces(const Vec<S, D>& x, const Vec<S, D>&, const Others&, const Seen& seen) const {
         unroll<D>([&](auto axis) FIRN_LAMBDA {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
-            const Wall &low = at_lower[axis], &high = at_upper[axis];
-            const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : slack(axis);
-            v = select(x.v[axis] <= lower.v[axis] + near,
-                       velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
-            v = select(x.v[axis] >= upper.v[axis] - near,
-                       velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
+            const S near = reach(axis), low = S(lower.v[axis]), high = S(upper.v[axis]);
+            const auto face = [&](const Wall& wall, const mask_t<S>& acts, const S& distance, const Vec<S, D>& normal)
+                                  FIRN_LAMBDA {
+                                      if (wall.contact != Contact::none && any(acts))
+                                          seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(),
+                                                                   wall.contact, S(wall.friction), true});
+                                  };
+            face(at_lower[axis], x.v[axis] <= low + near, x.v[axis] - low, inward);
+            face(at_upper[axis], x.v[axis] >= high - near, high - x.v[axis], -inward);
         });
-        return v;
-    }
-
-    /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles. \see GapContact
-    template <class Act>
-    Vec<S, D> velocity_by_gap(const Vec<S, D>& x, Vec<S, D> v, const Act& act) const {
-        // Faces that were given in float, and nodes in double, differ by more than slack(), which is that of S.
-        const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : S(1e-4) * S(act.cell_size);
-        const Vec<S, D> at_rest = Vec<S, D>::zero();
-        for (int a = 0; a < D; ++a) {
-            Vec<S, D> inward = Vec<S, D>::zero();
-            inward[a] = S(1);
-            const Wall &low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
-            const S above = x[a] - lower[a], below = upper[a] - x[a];
-            if (above <= near) v = act(v, above, inward, at_rest, low.contact, S(low.friction));
-            if (below <= near) v = act(v, below, -inward, at_rest, high.contact, S(high.friction));
-        }
-        return v;
     }
 
     /// Calls `seen` for every face; the normals point into the box. \see has_surfaces
@@ -160,8 +181,8 @@ struct Walls {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
             const Wall &low = at_lower[axis], &high = at_upper[axis];
-            seen(x.v[axis] - lower.v[axis], inward, at_rest, low.contact, S(low.friction));
-            seen(upper.v[axis] - x.v[axis], -inward, at_rest, high.contact, S(high.friction));
+            seen(x.v[axis] - S(lower.v[axis]), inward, at_rest, low.contact, S(low.friction));
+            seen(S(upper.v[axis]) - x.v[axis], -inward, at_rest, high.contact, S(high.friction));
         });
     }
 
@@ -171,19 +192,23 @@ struct Walls {
     {
         bool inside = true;
         unroll<D>([&](auto a) {
-            const double near = 2 * double(slack(a));  // the corners of the box [low, high] are rounded, too
-            inside = inside && low[a] > double(lower[a]) + near && high[a] < double(upper[a]) - near;
+            const double near = 2 * double(slack(a)) + double(half_cell);  // the corners of the box are rounded, too
+            inside = inside && low[a] > lower[a] + near && high[a] < upper[a] - near;
         });
         return !inside;
     }
 
 private:
-    /// Returns a small distance [m]. A node counts as lying on a face if it is nearer to the face than this distance.
-    /// Because of rounding, the computed position of a node on the upper face differs from `upper` by at most 3 ε
-    /// (|lower| + |upper|), where ε is the machine epsilon of S.
+    /// Returns how far in front of a face nodes are held [m]; negative if only those behind it are.
+    FIRN_INLINE S reach(int axis) const {
+        return nodes_behind == NodesBehind::mirrored ? -mirrored_depth : slack(axis) + half_cell;
+    }
+    /// Returns a small distance [m], by which computed positions of nodes differ from where they are. Because of
+    /// rounding, the position of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|),
+    /// where ε is the machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
-               (abs(lower.v[axis]) + abs(upper.v[axis]));
+               (abs(S(lower.v[axis])) + abs(S(upper.v[axis])));
     }
 };
 

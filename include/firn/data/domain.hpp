@@ -4,8 +4,12 @@
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
+#include <limits>
+#include <string>
 
 namespace firn {
 
@@ -75,5 +79,41 @@ void check(const Domain<D>& domain) {
                                            "; their number must be a multiple of ", periodic_multiple, "."));
     }
 }
+
+namespace detail {
+
+/// Returns how far the numbers of type S are apart at x.
+template <std::floating_point S>
+double last_digit(double x) {
+    const S above = std::abs(S(x));
+    return double(std::nextafter(above, std::numeric_limits<S>::infinity()) - above);
+}
+
+/// Returns the coordinate of the domain's corners that is farthest from 0 [m].
+template <int D>
+double farthest_coordinate(const Domain<D>& domain) {
+    double farthest = 0;
+    for (int a = 0; a < D; ++a) farthest = std::max({farthest, std::abs(domain.lower[a]), std::abs(domain.upper[a])});
+    return farthest;
+}
+
+/// Checks that numbers of type S have digits enough for the positions in a domain.
+/// \param what  who gets the positions, for the message
+/// \throws parameter_error  if the last digit of a position is above a thousandth of a cell
+template <std::floating_point S, int D>
+void require_digits(const Domain<D>& domain, const char* what) {
+    const double farthest = farthest_coordinate(domain), fine = 1e-3 * domain.cell_size;
+    if (!(last_digit<S>(farthest) > fine)) return;
+    double extent = 0;
+    for (int a = 0; a < D; ++a) extent = std::max(extent, domain.upper[a] - domain.lower[a]);
+    const bool move = !(last_digit<S>(extent) > fine);
+    throw parameter_error(sentence(
+        what, " gets positions up to ", farthest, " m in a precision whose last digit there is ",
+        last_digit<S>(farthest), " m; that must not be above a thousandth of a cell, ", fine, " m. Compute in double",
+        move ? sentence(", or move the domain and all that is in it by minus ", point_text(domain.lower.v, D), " m.")
+             : std::string(".")));
+}
+
+}  // namespace detail
 
 }  // namespace firn

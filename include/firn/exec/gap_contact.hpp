@@ -98,7 +98,7 @@ std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, con
             return std::numeric_limits<double>::infinity();  // the surface does not act
         };
         const ActByGap<D, decltype(look)> act{grid.domain().cell_size, dt, look};
-        velocity_by_gap<Boundary, D>(boundary, node_position(grid, b, node), {}, act, AnySurface{});
+        velocity_by_gap<Boundary, D>(boundary, node_position(grid, b, node), Vec<double, D>::zero(), act, AnySurface{});
         bits |= std::uint64_t(takes_part) << node;
     }
     return bits;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/measured_from.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
@@ -20,14 +21,20 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the acceleration in a form that can be evaluated for a register of nodes. An acceleration field with
-/// parameters is converted by lift(); any other acceleration is returned unchanged.
-template <class P, class Acceleration>
-FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
-    if constexpr (has_parameters<Acceleration>)
-        return lift<P>(acceleration);
-    else
-        return acceleration;
+/// Returns the acceleration in a form that can be evaluated for a register of nodes, at positions that are measured
+/// from `corner` [m]. An acceleration field with parameters is converted by lift().
+template <class P, int D, class Acceleration>
+FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration, const Vec<double, D>& corner) {
+    using V = Vec<P, D>;
+    if constexpr (requires { acceleration.measured_from(corner); }) {
+        return lift<P>(acceleration.measured_from(corner));
+    } else if constexpr (has_parameters<Acceleration>) {
+        return FieldInMetres<with_scalar_t<Acceleration, P>, D>{lift<P>(acceleration), corner};
+    } else if constexpr (takes<Acceleration, V> || takes<Acceleration, V, V, P>) {
+        return FieldInMetres<Acceleration, D>{acceleration, corner};
+    } else {
+        return acceleration;  // a vector
+    }
 }
 
 /// Whether an acceleration is the same vector everywhere, so that its size is known before it acts.
@@ -48,13 +55,15 @@ FIRN_INLINE decltype(auto) acceleration_of_nodes(const Acceleration& acceleratio
 
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
 /// compiler can use all registers in each instance of it.
+/// Positions are measured from a corner of the grid, as by `acceleration` and `boundary`.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
 /// \param reactions  array with one Reaction for each part of the boundary; nullptr if reactions are not wanted. The
 ///                   impulse of each part on matter is added to the Reaction of this part.
+/// \param corner     the corner [m]
 /// \return  the square of the largest acceleration [m²/s⁴] of a field at the nodes with matter; 0 for a vector
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] S update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                                 const Boundary& boundary, OfParts reactions) {
+                                 const Boundary& boundary, OfParts reactions, const Vec<double, D>& corner) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     [[maybe_unused]] P largest = P(0);
@@ -80,7 +89,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
         if constexpr (std::same_as<OfParts, std::nullptr_t>)
             v = update(boundary);
         else
-            v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions});
+            v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions, corner});
         if constexpr (!is_uniform<Acceleration>) {
             const auto filled = r[node_mass] > P(0);
             const Vec<P, D> before = momentum * (P(1) / select(filled, r[node_mass], P(1)));
@@ -116,10 +125,15 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
     static_assert(firn::boundary<Boundary, S, D>,
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     check_step(dt);
-    const double h = grid.domain().cell_size;
-    const Boundary here = on_grid(boundary, h);
+    const Domain<D>& domain = grid.domain();
+    const double h = domain.cell_size;
+    const Vec<double, D> corner = domain.lower;
+    if constexpr (sees_metres<Boundary, D>()) require_digits<S>(domain, "A boundary of your own");
+    const auto here = on_grid(measured_from(boundary, corner), h);
     const auto lifted = lift<native_pack<S>>(here);
-    const auto field = lifted_acceleration<native_pack<S>>(acceleration);
+    const auto field = lifted_acceleration<native_pack<S>>(acceleration, corner);
+    if constexpr (is_field_in_metres<std::remove_const_t<decltype(field)>>)
+        require_digits<S>(domain, "An acceleration field of your own");
 
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
@@ -144,18 +158,18 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
     const auto update = [&](std::size_t b, int thread) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
-            low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
+            low[a] = h * double(block_size * grid.block_along(b, a));
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);
         if (!here.reaches(low, high)) {
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr), thread);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr, corner), thread);
         } else if (reactions && ranks_of(execution).template counts<D>(b)) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block), thread);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block, corner), thread);
         } else {
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr), thread);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr, corner), thread);
         }
     };
     parallel_for(grid.block_count(), threads, update, 16);

@@ -15,9 +15,10 @@
 namespace firn {
 
 /// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
-/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is the change of the node's velocity by
-/// this part. Matter exerts the opposite impulse on the part: the mean force on the part during a step of dt is
-/// −impulse / dt.
+/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is this part's share of the change of the
+/// node's velocity: where several surfaces act at once, what it pushes along its normal, and its friction. The shares
+/// of all parts add up to the whole change. Matter exerts the opposite impulse on the part: the mean force on the part
+/// during a step of dt is −impulse / dt.
 template <int D>
 struct Reaction {
     Vec<double, D> about = Vec<double, D>::zero();          ///< the point about which angular impulses are taken [m]
@@ -76,12 +77,13 @@ void begin_reactions(Reactions<D>& reactions, const Boundary& boundary) {
 }
 
 /// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
-/// to `parts`.
+/// to `parts`. Positions are measured from `corner` [m].
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;
     const P& mass;
     Reaction<D>* parts;
+    const Vec<double, D>& corner;
 
     FIRN_INLINE Vec<P, D> velocity(const Vec<P, D>& x, const Vec<P, D>& v) const {
         const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) {
@@ -89,7 +91,7 @@ struct Watched {
             for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
                 Vec<double, D> at{}, change{};
                 for (int a = 0; a < D; ++a) {
-                    at[a] = double(lane_value(x[a], lane));
+                    at[a] = double(lane_value(x[a], lane)) + corner[a];
                     change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
                 }
                 add_impulse(sum, at, double(lane_value(mass, lane)), change);

@@ -2,6 +2,7 @@
 /// \see VolumeFilter
 #pragma once
 
+#include <firn/boundary/measured_from.hpp>
 #include <firn/boundary/room.hpp>
 #include <firn/exec/volume_filter.hpp>
 #include <firn/stage/shifting.hpp>
@@ -56,34 +57,31 @@ class SolidsOfGrid {
 
 public:
     SolidsOfGrid(const Boundary& boundary, const Domain<D>& domain)
-        : domain_(domain), here_(on_grid(boundary, domain.cell_size)), lifted_(lift<P>(here_)) {}
+        : h_(domain.cell_size),
+          here_(on_grid(measured_from(boundary, domain.lower), domain.cell_size)),
+          lifted_(lift<P>(here_)) {}
 
     /// Returns whether solids may be near a box of nodes or particles.
     /// \param lower, upper  corners of the box [cells from the domain's lower corner]
     bool are_near(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        const double h = domain_.cell_size, margin = 0.5 * Kernel::support * h;
-        return here_.reaches(domain_.lower + lower * h - Vec<double, D>::filled(margin),
-                             domain_.lower + upper * h + Vec<double, D>::filled(margin));
-    }
-    /// Calls seen(distance [cells], normal) for each solid.
-    /// \param x  positions [m]
-    template <class Seen>
-    FIRN_INLINE void around_metres(const Vec<P, D>& x, const Seen& seen) const {
-        const P h = P(S(domain_.cell_size));
-        solids_around(lifted_, x, h,
-                      [&](const P& distance, const Vec<P, D>& normal) FIRN_LAMBDA { seen(distance / h, normal); });
+        const Vec<double, D> margin = Vec<double, D>::filled(0.5 * Kernel::support);
+        return here_.reaches((lower - margin) * h_, (upper + margin) * h_);
     }
     /// Calls seen(distance [cells], normal) for each solid.
     /// \param x  positions [cells from the domain's lower corner]
     template <class Seen>
     FIRN_INLINE void around(const Vec<P, D>& x, const Seen& seen) const {
-        around_metres(cast<P>(cast<S>(domain_.lower)) + x * P(S(domain_.cell_size)), seen);
+        const P h = P(S(h_));
+        solids_around(lifted_, x * h, h,
+                      [&](const P& distance, const Vec<P, D>& normal) FIRN_LAMBDA { seen(distance / h, normal); });
     }
 
 private:
-    const Domain<D>& domain_;
-    Boundary here_;
-    with_scalar_t<Boundary, P> lifted_;
+    using Here = decltype(measured_from(std::declval<const Boundary&>(), Vec<double, D>{}));
+
+    double h_;  // cell size [m]
+    Here here_;
+    with_scalar_t<Here, P> lifted_;
 };
 
 /// Replaces the volume of matter at each node by the volume beyond the node's room; component 1 becomes the room.
@@ -101,7 +99,6 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
             [&](std::size_t b, int) {
                 S along[D][block_size];
                 Vec<double, D> low{}, high{};
-                Vec<P, D> first{};
                 for (int a = 0; a < D; ++a) {
                     const int node = block_size * grid.block_along(b, a);
                     for (int k = 0; k < block_size; ++k) {
@@ -109,7 +106,6 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
                         const bool whole = upper[a] - at >= reach && at - lower[a] >= reach;
                         along[a][k] = whole ? S(1) : room_along<Kernel>(at, lower[a], upper[a]);
                     }
-                    first[a] = P(S(position_of_place(grid.domain(), grid.block(b), a, 0)));
                     low[a] = node, high[a] = node + block_size - 1;
                 }
                 bool near = false;
@@ -130,11 +126,9 @@ void find_excess(SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room, const B
                     if constexpr (solid)
                         if (near) {
                             Vec<P, D> x;
-                            unroll<D>([&](auto a) FIRN_LAMBDA {
-                                x.v[a] = first.v[a] + P::load(index[a]) * P(S(grid.domain().cell_size));
-                            });
-                            solids.around_metres(x, [&](const P& distance, const Vec<P, D>&)
-                                                        FIRN_LAMBDA { free = free * room_outside<Kernel>(distance); });
+                            unroll<D>([&](auto a) FIRN_LAMBDA { x.v[a] = P(S(low.v[a])) + P::load(index[a]); });
+                            solids.around(x, [&](const P& distance, const Vec<P, D>&)
+                                                 FIRN_LAMBDA { free = free * room_outside<Kernel>(distance); });
                         }
                     load_quads(nodes + from * node_width, r);
                     r[0] = excess_volume(r[node_mass] * P(per_volume), free);

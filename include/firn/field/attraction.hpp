@@ -5,6 +5,8 @@
 #include <firn/core/parameters.hpp>
 
 #include <cmath>
+#include <concepts>
+#include <type_traits>
 
 namespace firn {
 
@@ -18,8 +20,11 @@ namespace firn {
 /// mouse pointer.
 template <scalar S, int D>
 struct Attraction {
+    /// The scalar type of the centre: double if S is float or double, else S.
+    using P = std::conditional_t<std::floating_point<S>, double, S>;
+
     Vec<S, D> gravity{};    ///< g: gravity [m/s²]
-    Vec<S, D> centre{};     ///< the point of attraction, or a point on the line [m]
+    Vec<P, D> centre{};     ///< the point of attraction, or a point on the line [m]
     Vec<S, D> direction{};  ///< unit vector along the line [1]; the zero vector: attraction to a point
     S radius = S(0.1);      ///< R: distance at which the attraction ends [m], positive
     S strength = S(0);      ///< s [m/s²]: positive attracts, negative repels
@@ -45,13 +50,28 @@ struct Attraction {
         if (!(length == 0 || std::abs(length - 1) < 1e-5))
             throw parameter_error(sentence("The direction of an attraction has the length ", length,
                                            "; it must be 1, or 0 for an attraction to a point."));
-        if (!std::isfinite(norm(cast<double>(gravity)) + norm(cast<double>(centre))))
+        if (!std::isfinite(norm(cast<double>(gravity)) + norm(centre)))
             throw parameter_error("The gravity and the centre of an attraction must be finite.");
+    }
+
+    /// Returns the field converted to scalar type T.
+    template <class T>
+    Attraction<T, D> lifted() const {
+        using Q = typename Attraction<T, D>::P;
+        return {cast<T>(gravity), cast<Q>(centre), cast<T>(direction), T(radius), T(strength)};
+    }
+    /// Returns the field for positions that are measured from `corner` [m].
+    Attraction measured_from(const Vec<double, D>& corner) const
+        requires std::floating_point<S>
+    {
+        Attraction there = *this;
+        there.centre -= corner;
+        return there;
     }
 
     /// Returns the acceleration [m/s²] at position x [m].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
-        const Vec<S, D> to_centre = centre - x;
+        const Vec<S, D> to_centre = cast<S>(centre) - x;
         const Vec<S, D> there = to_centre - direction * dot(to_centre, direction);
         const S distance = named("distance", norm(there));
         const auto apart = S(0) < distance;

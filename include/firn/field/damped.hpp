@@ -60,6 +60,13 @@ struct Damped {
         return {lift<T>(field), T(rate)};
     }
 
+    /// Returns the field for positions that are measured from `corner` [m].
+    Damped measured_from(const Vec<double, D>& corner) const
+        requires requires(const Field<S, D> f) { f.measured_from(corner); }
+    {
+        return {field.measured_from(corner), rate};
+    }
+
     /// Returns the acceleration [m/s²] at position x [m] of a node with velocity v [m/s], for a time step dt [s].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
         return (field(x) - v * rate) * (S(1) / (S(1) + rate * dt));

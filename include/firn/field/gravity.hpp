@@ -16,6 +16,8 @@ struct Gravity {
     static constexpr const char* name = "gravity";
     static constexpr auto parameters() { return std::tuple{parameter{"gravity", "m/s^2", &Gravity::gravity}}; }
 
+    /// Returns the field for positions that are measured from another point: the same.
+    Gravity measured_from(const Vec<double, D>&) const { return *this; }
     /// Returns the acceleration [m/s²], the same at every position.
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>&) const { return gravity; }
 };

@@ -15,12 +15,13 @@ namespace firn::detail {
 /// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
 /// later, the grid update tells the largest at the nodes. \see squared_acceleration
 /// \param sets  a tuple of MaterialSet
-template <class Sets, class Acceleration>
-[[gnu::cold]] double acceleration_at_particles(const Sets& sets, const Acceleration& acceleration, int threads) {
+template <class Sets, int D, class Acceleration>
+[[gnu::cold]] double acceleration_at_particles(const Sets& sets, const Domain<D>& domain,
+                                               const Acceleration& acceleration, int threads) {
     using S = typename std::tuple_element_t<0, Sets>::S;
     using P = native_pack<S>;
-    constexpr int D = std::tuple_element_t<0, Sets>::dimension, lanes = scalar_traits<P>::lanes;
-    const auto field = lifted_acceleration<P>(acceleration);
+    constexpr int lanes = scalar_traits<P>::lanes;
+    const auto field = lifted_acceleration<P>(acceleration, domain.lower);
     double squared = 0;
     const auto look = [&](const auto& set) {
         const auto& particles = set.particles;
@@ -31,7 +32,8 @@ template <class Sets, class Acceleration>
                 for (int lane = 0; lane < lanes; ++lane) {
                     const std::size_t slot = first + std::size_t(lane);
                     if (!particles.is_particle(slot)) continue;
-                    const Vec<S, D> position = particles.position(slot), velocity = particles.velocity(slot);
+                    const Vec<S, D> position = cast<S>(particles.exact_position(slot) - domain.lower),
+                                    velocity = particles.velocity(slot);
                     for (int a = 0; a < D; ++a) x[a][lane] = position[a], v[a][lane] = velocity[a];
                     matter[lane] = 1;
                 }

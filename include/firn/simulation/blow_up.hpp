@@ -49,7 +49,8 @@ template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                                              double most) {
     using P = native_pack<S>;
-    const auto field = lifted_acceleration<P>(acceleration);
+    const Vec<double, D> corner = grid.domain().lower;
+    const auto field = lifted_acceleration<P>(acceleration, corner);
     for (std::size_t b = 0; b < grid.block_count(); ++b)
         for (int i = 0; i < block_nodes<D>; ++i) {
             if (!(grid.nodes(b)[i * node_width + node_mass] > 0)) continue;
@@ -57,7 +58,7 @@ template <std::floating_point S, int D, class Acceleration>
             Vec<double, D> at{}, found{};
             for (int a = 0; a < D; ++a) {
                 at[a] = position_of_place(grid.domain(), grid.block(b), a, i >> (2 * (D - 1 - a)) & (block_size - 1));
-                x.v[a] = P(S(at[a]));
+                x.v[a] = P(S(at[a] - corner[a]));
             }
             const Vec<P, D> of_node = acceleration_at(field, x, Vec<P, D>::zero(), P(S(dt)));
             bool finite = true, small = true;

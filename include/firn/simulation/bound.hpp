@@ -172,7 +172,7 @@ struct StepBound {
         else
             return find(of, field_at_nodes >= 0
                                 ? field_at_nodes
-                                : of.ranks.largest(acceleration_at_particles(of.sets, given, of.threads)));
+                                : of.ranks.largest(acceleration_at_particles(of.sets, of.domain, given, of.threads)));
     }
     template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
     double find(const StepInputs<Kernel, S, Sets, D, Boundary, Ranks>& of, double given) {

@@ -122,7 +122,7 @@ template <class Boundary, class S, int D>
 Boundary default_boundary(const Domain<D>& domain) {
     check(domain);
     if constexpr (std::same_as<Boundary, Walls<S, D>>) {
-        auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+        auto walls = Boundary::all(domain.lower, domain.upper, {});
         for (std::size_t a = 0; a < std::size_t(D); ++a)
             if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
         return walls;

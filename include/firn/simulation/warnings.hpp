@@ -12,6 +12,7 @@
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/fracture.hpp>
 #include <firn/simulation/slow_strain.hpp>
+#include <firn/simulation/walls_between_nodes.hpp>
 #include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
@@ -70,6 +71,20 @@ std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
     }
 }
 
+/// Returns a sentence if the domain is so far from 0 that positions in type S have too few digits to be of use;
+/// otherwise an empty string.
+template <std::floating_point S, int D>
+std::string few_digits(const Domain<D>& domain) {
+    const double digit = last_digit<S>(farthest_coordinate(domain));
+    if (!(digit > 0.05 * domain.cell_size)) return {};
+    return sentence("positions of up to ", farthest_coordinate(domain),
+                    " m are given and written to states in a precision "
+                    "whose last digit there is ",
+                    digit, " m, with cells of ", domain.cell_size,
+                    " m. Steps are not affected: they measure from the domain's corner. To read positions, compute in "
+                    "double, or put the origin near the domain.");
+}
+
 template <class Sets, class F>
 void for_sets(const Sets& sets, const F& f) {
     std::apply([&](const auto&... set) { (f(set), ...); }, sets);
@@ -111,11 +126,13 @@ template <class Sets, class Boundary, int D>
         std::size_t inside = 0, all = 0;
         double deepest = 0.1 * domain.cell_size;
         ParticleOfBody<D> where{};
+        const auto here = measured_from(boundary, domain.lower);
         for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
             double depth = 0;
-            boundary.surfaces(cast<S>(one.x), [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
-                if (contact != Contact::none) depth = std::max(depth, -double(distance));
-            });
+            here.surfaces(cast<S>(one.x - domain.lower),
+                          [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
+                              if (contact != Contact::none) depth = std::max(depth, -double(distance));
+                          });
             ++all;
             inside += depth > 0.1 * domain.cell_size;
             if (depth > deepest) where = one;
@@ -318,16 +335,18 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty() && speaks) warn(text);
     }
-    /// Gives warnings before the first step: if walls do not coincide with the faces of the domain, if particles lie
-    /// inside solids of the boundary, or if bodies overlap.
+    /// Gives warnings before the first step: if positions have too few digits, if walls do not coincide with the faces
+    /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, or if bodies
+    /// overlap.
     /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
     template <class Sets, int D, class Boundary, class Warn, class Ranks>
     void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn,
                   const Ranks& ranks) {
         if (!warn || started_) return;
         started_ = true;
-        for (const std::string& here :
-             {other_walls(boundary, domain), matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
+        for (const std::string& here : {few_digits<typename std::tuple_element_t<0, Sets>::S>(domain),
+                                        other_walls(boundary, domain), walls_between_nodes(boundary, domain),
+                                        matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
             if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
     }
 

@@ -36,6 +36,31 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
+/// An acceleration field of a program's own, for positions that are measured from a corner: it gets the positions that
+/// it knows.
+template <class Field, int D>
+struct FieldInMetres {
+    Field field;            ///< the field
+    Vec<double, D> corner;  ///< the position that positions are measured from [m]
+
+    /// Returns the acceleration [m/s²] at a position [m], measured from the corner.
+    template <class S>
+        requires detail::takes<Field, Vec<S, D>>
+    FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
+        return detail::call(field, x + cast<S>(corner));
+    }
+    template <class S>
+        requires detail::takes<Field, Vec<S, D>, Vec<S, D>, S>
+    FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
+        return detail::call(field, x + cast<S>(corner), v, dt);
+    }
+};
+
+/// Whether an acceleration field gets positions in metres.
+template <class Field>
+inline constexpr bool is_field_in_metres = false;
+template <class Field, int D>
+inline constexpr bool is_field_in_metres<FieldInMetres<Field, D>> = true;
 /// Returns the square of the acceleration of a field that limits the time step [m²/s⁴]: that of matter at rest, or that
 /// at its velocity if this is smaller. So a drag or a brake, which is strong only until it has acted, limits nothing.
 /// \param field  as for acceleration_at
@@ -75,6 +100,11 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
 struct NoBoundary {
     static constexpr const char* name = "no_boundary";
 
+    /// Returns this boundary.
+    template <int D>
+    NoBoundary measured_from(const Vec<double, D>&) const {
+        return {};
+    }
     /// Returns the velocity v unchanged.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {

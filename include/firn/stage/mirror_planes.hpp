@@ -10,7 +10,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace firn {
@@ -79,9 +78,7 @@ Mirrors mirrors_of(const Boundary& boundary, const Domain<D>& domain) {
     if constexpr (has_mirrors<Boundary>) {
         boundary.mirrors([&](int axis, auto position, int inward, Contact contact, double friction, int part) {
             const double on_grid = (double(position) - domain.lower[axis]) / domain.cell_size;
-            const double rounding = double(std::numeric_limits<decltype(position)>::epsilon());
-            const double tolerance =
-                1e-6 + 4 * rounding * (std::abs(domain.lower[axis]) + std::abs(domain.upper[axis])) / domain.cell_size;
+            constexpr double tolerance = 1e-3;  // [cells], for positions that were rounded to float, too
             detail::add_mirror(mirrors.planes, {axis, int(std::lround(on_grid)), inward, contact, friction, part},
                                on_grid, tolerance, double(position), domain.cell_size);
         });

@@ -326,17 +326,11 @@ struct RecordedSolids {
     Vec<recorded, D> of_domain;  ///< lower corner of the domain [m]
 
     /// Calls seen(distance [cells], normal) for each solid.
-    /// \param x  position [m]
-    template <class Seen>
-    void around_metres(const Vec<recorded, D>& x, const Seen& seen) const {
-        solids_around(boundary, x, h,
-                      [&](const recorded& distance, const Vec<recorded, D>& normal) { seen(distance / h, normal); });
-    }
-    /// Calls seen(distance [cells], normal) for each solid.
     /// \param x  position [cells from the domain's lower corner]
     template <class Seen>
     void around(const Vec<recorded, D>& x, const Seen& seen) const {
-        around_metres(of_domain + x * h, seen);
+        solids_around(boundary, of_domain + x * h, h,
+                      [&](const recorded& distance, const Vec<recorded, D>& normal) { seen(distance / h, normal); });
     }
 };
 
@@ -360,14 +354,13 @@ void add_shifting(Module& module, const Boundary& boundary, const Material&, con
     module.function<R, R, R>(
         "room_along", of_stage, {"node", "lower", "upper"},
         [](const R& node, const R& lower, const R& upper) { return room_along<Kernel>(node, lower, upper); });
-    module.function<R, V>("room_beside", std::string(Boundary::name) + ", " + of_stage + ": the room beside solids",
-                          {"room", "position"}, [&](const R& room, const V& position) {
-                              R free = room;
-                              solids().around_metres(position, [&](const R& distance, const V&) {
-                                  free = free * room_outside<Kernel>(distance);
-                              });
-                              return free;
-                          });
+    module.function<R, V>(
+        "room_beside", std::string(Boundary::name) + ", " + of_stage + ": the room beside solids", {"room", "node"},
+        [&](const R& room, const V& node) {
+            R free = room;
+            solids().around(node, [&](const R& distance, const V&) { free = free * room_outside<Kernel>(distance); });
+            return free;
+        });
     module.function<R, R>("excess_of", of_stage, {"volume", "room"}, [](const R& matter, const R& room) {
         return excess_volume(matter * detail::uniform("per_volume"), room);
     });

@@ -113,6 +113,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     if (is_periodic(domain))
         throw parameter_error(
             "The domain is periodic, which firn's WGSL programs do not support: run the simulation on the CPU.");
+    firn::detail::require_digits<float>(domain, "A program for a GPU");
     mirrors_of<QuadraticBSpline>(detail::WallsOfProgram{program}, domain);
     Inputs inputs(program);
     std::vector<std::size_t> slots;

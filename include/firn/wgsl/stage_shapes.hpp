@@ -1,6 +1,7 @@
 /// \file Translates C++ structs to WGSL structs: those that P2G and G2P use, and the states of materials.
 #pragma once
 
+#include <firn/boundary/at_once.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/stage/g2p.hpp>
@@ -10,6 +11,24 @@
 #include <firn/wgsl/recorded.hpp>
 
 namespace firn::wgsl {
+
+/// Translates HeldNode (a node's velocity, and the surfaces that hold it) to a WGSL struct.
+template <class S>
+struct shape<firn::detail::HeldNode<S>> : struct_shape<firn::detail::HeldNode<S>, shape<firn::detail::HeldNode<S>>> {
+    using T = firn::detail::HeldNode<S>;  ///< the C++ struct
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
+    static std::string name() { return "HeldNode"; }
+    static constexpr auto members() {
+        return std::tuple{member{"velocity", &T::velocity}, member{"normal", &T::normal},
+                          member{"bound", &T::bound},       member{"number", &T::number},
+                          member{"push", &T::push},         member{"friction", &T::friction},
+                          member{"count", &T::count}};
+    }
+    /// @}
+};
 
 /// Translates P2GParticle (the values of a particle that P2G reads) to a WGSL struct.
 template <class S, int D>

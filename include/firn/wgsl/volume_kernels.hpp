@@ -211,9 +211,8 @@ fn find_excess(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || ${IDLE}) { return; }
     let at = ${NODE_AT};
-    let position = ${VEC}(${COORDINATES});
     let node = ${VEC}(${IVEC}(at) - ${IVEC}(4));
-    let room = room_beside(${ROOM}, position);
+    let room = room_beside(${ROOM}, node);
     atomicStore(&rate_sums[4u * i + 1u], bitcast<i32>(excess_of(sums_in_quanta(i).y, room)));
     atomicStore(&rate_sums[4u * i + 2u], bitcast<i32>(room));
 }

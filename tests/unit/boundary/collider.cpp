@@ -89,6 +89,9 @@ TEMPLATE_TEST_CASE("contact is relative to the surface as it moves and turns", "
         const auto normal = R * normal_of(solid.shape, transpose(R) * (x - solid.position));
         const auto surface = speed_of_surface(solid, x);
         CAPTURE(trial, friction);
+        int faces = 0;  // beyond a corner of a hollow box, several act
+        solid.acting_surfaces(x, v, NoOthers{}, [&](const auto&) { ++faces; });
+        if (faces > 1) continue;
         CHECK(norm(solid.surface_velocity(x) - surface) <= 1e-7);
         const auto before = v - surface, after = solid.velocity(x, v) - surface;
         if (contact == Contact::stick) {
@@ -429,7 +432,7 @@ TEST_CASE("rotor() turns by the right hand", "[boundary][collider]") {
     CHECK(norm(of_y - Vec<double, 3>{-2.0, 0.0, 1.0}) <= 1e-15);
 }
 
-TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and reach where one does",
+TEMPLATE_TEST_CASE_SIG("boundaries together act at once, move together, and reach where one does",
                        "[boundary][together]", ((int D), D), 2, 3) {
     using V = Vec<double, D>;
     const auto walls = Walls<double, D>::all(V::filled(-1), V::filled(1), {Contact::slip, 0});
@@ -440,7 +443,7 @@ TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and rea
     STATIC_REQUIRE(boundary<std::remove_cv_t<decltype(both)>, double, D>);
     const V v = V::filled(-5);
     CHECK(both.velocity(V::filled(0.05), v) == V::filled(3));  // the ball's
-    CHECK(both.velocity(V::filled(0.11), v) == V::zero());     // in both: the last decides
+    CHECK(both.velocity(V::filled(0.11), v) == V::zero());     // sticks to both: the last decides
     CHECK(both.velocity(V::filled(0.6), v) == v);              // free
     CHECK(both.velocity(V::filled(-1), v) == V::zero());       // walls
     const Together other(walls, block, ball);
@@ -471,9 +474,9 @@ TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and rea
     CHECK(part_centre<D>(nested, 2) == V::filled(0.2));
     CHECK(part_centre<D>(nested, 0) == V::zero());
     CHECK(nested.velocity(V::filled(0.05), v) == V::zero());
-    std::vector<int> told;  // which part did something, as reactions count them
+    std::vector<int> told;  // which parts did something, as reactions count them
     velocity_among(nested, V::filled(0.05), v, NoOthers{}, [&](int k, const V&, const V&) { told.push_back(k); });
-    CHECK(told == std::vector<int>{0, 1, 2, 3, 4});
+    CHECK(told == std::vector<int>{1, 3, 4});
     const auto on_cells = on_grid(both, 0.05);  // walls look nowhere, boxes do
     CHECK(looks_around(on_cells) == looks_around(on_grid(block, 0.05)));
     CHECK(looks_around(on_cells) > 0);

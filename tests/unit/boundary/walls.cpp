@@ -202,6 +202,27 @@ TEMPLATE_TEST_CASE("the nodes on a face are seen as such, however lower + i h is
     }
 }
 
+TEMPLATE_TEST_CASE("on a grid, a face between planes of nodes acts on the nearer one, at either end", "[boundary]",
+                   float, double) {
+    using S = TestType;
+    for (const double h : {0.1, 0.03, 1.0 / 3})
+        for (int n = 3; n < 60; ++n)
+            for (const double off : {-0.49, -0.2, -1e-3, 0.0, 1e-3, 0.2, 0.49}) {
+                const double lower = (1 - off) * h, upper = (n + off) * h;
+                const auto walls = Walls<S, 2>::all({lower, lower}, {upper, upper}, {Contact::stick, 0}).on_grid(h);
+                CAPTURE(h, n, off);
+                const S middle = S((1 + n) * h / 2);
+                for (int node = -1; node <= n + 2; ++node) {
+                    const S x = S(node) * S(h);
+                    const bool held = node <= 1 || node >= n;
+                    CHECK((walls.velocity({x, middle}, {S(1), S(1)})[1] == 0) == held);
+                    CHECK((walls.velocity({middle, x}, {S(1), S(1)})[0] == 0) == held);
+                    if (held) CHECK(walls.reaches({node * h, middle}, {node * h, middle}));
+                }
+                if (n > 4) CHECK_FALSE(walls.reaches({2 * h, 2 * h}, {(n - 1) * h, (n - 1) * h}));
+            }
+}
+
 TEST_CASE("walls that cannot be are refused", "[boundary][error]") {
     using W = Walls<double, 2>;
     const double not_a_number = std::numeric_limits<double>::quiet_NaN(),

@@ -209,6 +209,20 @@ TEST_CASE("Mirrored walls that lie on no plane of nodes, or too near to each oth
     CHECK(refused({0.0625F, 1}).find("2 cells apart") != std::string::npos);
 }
 
+TEST_CASE("A domain too far from 0 for the positions in float is refused with the inputs, with what to move it by") {
+    const auto refused = [](double corner) {
+        const Domain<2> domain{{corner, 8}, {corner + 1, 9}, 1.0 / 32};
+        const auto walls = Walls<float, 2>::all(domain.lower, domain.upper, {Contact::slip, 0});
+        Simulation<2> simulation(domain);
+        simulation.add(sample_box<2>({corner + 0.25, 8.25}, {corner + 0.5, 8.5}, {.spacing = 1.0 / 32}), 1000);
+        const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, walls);
+        return message([&] { (void)wgsl::make_inputs<2>(p, domain, simulation.particles(), 1e-4); });
+    };
+    CHECK(refused(200).empty());  // the last digit is 1.5e-5 m, a thousandth of a cell 3.1e-5 m
+    CHECK(refused(5e5).find("A program for a GPU gets positions up to 500001 m") != std::string::npos);
+    CHECK(refused(5e5).find("by minus (500000, 8) m") != std::string::npos);
+}
+
 TEST_CASE(
     "An average of volume changes has passes before G2P, which fold it at mirrored walls; other programs have none") {
     auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0});
