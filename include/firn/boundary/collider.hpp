@@ -43,6 +43,9 @@ struct named_collider {
 /// cells of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside
 /// of the other solid.
 ///
+/// A shape may know distances only up to Shape::exact_up_to(). A collider on a grid needs them up to its layer and two
+/// cells: beyond, an unknown distance counts as far.
+///
 /// Position, rotation and velocities are stored in double, so that the small motions of single steps are not lost by
 /// rounding. The contact is that of Stomakhin et al. 2013, §8; see velocity_after_contact().
 /// \tparam Shape  a shape as described in boundary/shape.hpp, for example `Sphere<float, 3>`
@@ -81,8 +84,9 @@ struct Collider {
 
     /// Checks the parameters of the collider and of its shape.
     /// \throws parameter_error if the position or a velocity is not finite, if the length of `rotation` differs from 1
-    /// by 1e-6 or more, or if the friction or a thickness is negative or not finite. If check() of the shape throws an
-    /// exception, this function passes the exception on.
+    /// by 1e-6 or more, if the friction or a thickness is negative or not finite, or if the shape does not know
+    /// distances up to the layer and two cells. If check() of the shape throws an exception, this function passes the
+    /// exception on.
     void check() const
         requires std::floating_point<S>
     {
@@ -104,6 +108,7 @@ struct Collider {
         const double length = norm(rotation);
         if (!(std::abs(length - 1) < 1e-6))
             refuse("rotation", sentence("a quaternion of length ", length), "of length 1: make it with rotor()");
+        check_distances();
     }
 
     /// Returns the collider converted to scalar type T. A simulation calls this function once per step, before any node
@@ -126,9 +131,11 @@ struct Collider {
     }
 
     /// Returns the collider for a grid with cells of side h [m].
+    /// \throws parameter_error if the shape does not know distances up to the layer and two cells
     FIRN_INLINE Collider on_grid(const P& h) const {
         Collider there = *this;
         there.cell_size = h;
+        if constexpr (std::floating_point<S>) there.check_distances();
         return there;
     }
     /// The thickness of the layer around the solid [m].
@@ -207,7 +214,16 @@ struct Collider {
             distance = shape.signed_distance(local);
         }
         if (!(min(of_node, distance) <= thick)) return v;
+        if constexpr (requires { shape.exact_up_to(); })
+            if (distance >= S(shape.exact_up_to())) return v;  // the gap is not known, but wide
         return act(v, distance - S(thickness), R * normal_of(shape, local), surface_velocity(x), contact, S(friction));
+    }
+
+    /// Returns the distance [m] from which on the distance that surfaces() tells is not exact. \see firn::exact_up_to
+    double exact_up_to() const
+        requires(std::floating_point<S> && requires(const Shape of) { of.exact_up_to(); })
+    {
+        return shape.exact_up_to() - layer();
     }
 
     /// Calls `seen` once, for the outer surface of the layer. \see has_surfaces
@@ -234,11 +250,15 @@ struct Collider {
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
-        if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
+        double least = distance - farthest;
+        if constexpr (requires { exact.distances_within(local, farthest); })
+            least = exact.distances_within(local, farthest)[0];
+        else if constexpr (requires { exact.uncertainty(); })
+            least -= exact.uncertainty();
         // velocity() gets positions rounded to S, so a node may be nearer to the solid by this distance [m].
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
-        return distance <= farthest + layer() + rounding;
+        return least <= layer() + rounding;
     }
 
     /// Returns a distance [m]: only other solids within this distance of a node can change the normal that contact uses
@@ -257,6 +277,19 @@ private:
         farthest_off = 4;                    ///< largest displacement along each axis in way_out_of() [cells]
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
+
+    /// \throws parameter_error if the shape caps distances that contact compares on this grid
+    void check_distances() const {
+        if constexpr (requires { shape.exact_up_to(); }) {
+            const double known = shape.exact_up_to(), needed = layer() + off_others * cell_size;
+            if (!(known >= needed))
+                throw parameter_error(sentence("The shape of a ", name, " knows distances up to ", known,
+                                               " m only, and the collider needs them up to ", needed,
+                                               " m, its layer of ", layer(), " m and two cells of ", cell_size,
+                                               " m: it would take nodes far away for near ones. Store distances up to ",
+                                               needed, " m (a wider band), or take a thinner layer."));
+        }
+    }
 
     /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is
     /// at most `farthest_off` cells along each axis.

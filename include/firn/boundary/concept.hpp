@@ -15,6 +15,7 @@
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
+///     double exact_up_to()               the distance [m] from which on the distances of surfaces() are not exact
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
 ///     Vec velocity_by_gap(x, v, act)     as velocity(), by the gap of particles; see GapContact
 ///     std::string description()          a text that is written into files
@@ -24,6 +25,7 @@
 #include <firn/core/tensor.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <type_traits>
 
 namespace firn {
@@ -236,6 +238,16 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     for (int k = 0; k < count && near < 2; ++k)
         part(k, [&](const auto& one) { near += one.reaches(lower - margin, upper + margin); });
     return near == 2;
+}
+
+/// Returns the distance [m] from which on the distances that a boundary's surfaces() tells are not exact; infinite for a
+/// boundary without exact_up_to().
+template <class B>
+double exact_up_to(const B& boundary) {
+    if constexpr (requires { boundary.exact_up_to(); })
+        return boundary.exact_up_to();
+    else
+        return std::numeric_limits<double>::infinity();
 }
 
 /// A function object that can be called with any arguments and does nothing. Pass an AnySurface as `seen` where nothing

@@ -98,6 +98,8 @@ struct GapContact {
     void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         boundary.surfaces(x, seen);
     }
+    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
+    double exact_up_to() const { return firn::exact_up_to(boundary); }
     /// Calls `seen` for the mirrored walls of the boundary. \see has_mirrors
     template <class Seen>
         requires has_mirrors<B>
