@@ -151,7 +151,11 @@ struct ActByGap {
     Vec<double, D> operator()(const Vec<double, D>& v, double distance, const Vec<double, D>& normal,
                               const Vec<double, D>& velocity, Contact contact, double friction) const {
         if (contact == Contact::none) return v;
-        const double gap = distance + nearest(normal);
+        return by_gap(v, distance + nearest(normal), normal, velocity, contact, friction);
+    }
+    /// Returns the same for a gap between surface and matter that is known [m].
+    Vec<double, D> by_gap(const Vec<double, D>& v, double gap, const Vec<double, D>& normal,
+                          const Vec<double, D>& velocity, Contact contact, double friction) const {
         if (!(gap < none)) return v;
         const Vec<double, D> before = v - velocity;
         const Vec<double, D> after =
