@@ -216,9 +216,12 @@ struct Collider {
         if (!(min(of_node, distance) <= thick)) return v;
         if constexpr (requires { shape.exact_up_to(); })
             if (distance >= S(shape.exact_up_to())) return v;  // the gap is not known, but wide
-        if (contact == Contact::none) return v;
-        const auto [gap, normal] = gap_to_matter(local, distance, R, act);
-        return act.by_gap(v, gap, normal, surface_velocity(x), contact, S(friction));
+        const Vec<S, D> normal = R * normal_of(shape, local), speed = surface_velocity(x);
+        if constexpr (is_flat<Shape>)
+            return act(v, distance - S(thickness), normal, speed, contact, S(friction));
+        else
+            return act(v, distance - S(thickness), normal, speed, contact, S(friction),
+                       [&](const auto& nearest, S& gap, Vec<S, D>& face) { look_at_matter(local, R, nearest, gap, face); });
     }
 
     /// Returns the distance [m] from which on the distance that surfaces() tells is not exact. \see firn::exact_up_to
@@ -277,7 +280,6 @@ struct Collider {
 private:
     static constexpr double off_others = 2,  ///< distance from other solids to which way_out_of() moves a node [cells]
         farthest_off = 4;                    ///< largest displacement along each axis in way_out_of() [cells]
-    static constexpr double clear_overlap = 0.1;  ///< where matter rests on a surface, it overlaps by less [cells]
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
@@ -294,36 +296,26 @@ private:
         }
     }
 
-    struct Gap {
-        S width;           ///< distance between surface and matter [m]
-        Vec<S, D> normal;  ///< of the surface, into free space
-    };
-    /// Returns the gap between the solid and the matter around a node.
+    /// Replaces the face next to a node by the one that matter around the node touches, if that is another one.
     ///
-    /// The face next to the node need not be the one that matter touches: in a thin solid, and behind it, nodes are
-    /// nearer to the other face. For this face, such matter is deep in the solid, and must not move out of it through
-    /// the first one: the solid would pull at matter that leaves. So where matter overlaps, the face is looked for at
-    /// the middle of the matter. That face is taken if it looks the other way, the node lies behind it, and the gap is
-    /// wider.
-    /// \param local     the node in the shape's coordinates [m];  \param distance  its signed distance [m]
-    /// \param R         turns the shape's axes to those of space;  \param act  tells where matter is. \see ActByGap
-    template <class Act>
-    Gap gap_to_matter(const Vec<S, D>& local, const S& distance, const Mat<S, D>& R, const Act& act) const {
-        const Vec<S, D> own = normal_of(shape, local), normal = R * own;
-        const S near = act.nearest(normal), gap = distance - S(thickness) + near;
-        if constexpr (!is_flat<Shape>) {
-            if (gap < S(-clear_overlap) * S(cell_size)) {
-                const S middle = S(0.5) * (near - act.nearest(-normal));
-                const Vec<S, D> of_matter = local + own * middle, opposite = normal_of(shape, of_matter);
-                const S cosine = dot(opposite, own);
-                const S behind = shape.signed_distance(of_matter) - middle * cosine - S(thickness);  // the node's distance
-                if (cosine < S(0) && behind < S(0)) {
-                    const Gap wider{behind + act.nearest(R * opposite), R * opposite};
-                    if (wider.width > gap) return wider;
-                }
-            }
-        }
-        return {gap, normal};
+    /// In a thin solid, and behind it, nodes are nearer to the other face than to the one that matter touches. For this
+    /// face, such matter is deep in the solid, and must not move out of it through the first one: the solid would pull
+    /// at matter that leaves. So the face is looked for at the middle of the matter. It is taken if it looks the other
+    /// way, if the node lies behind it, and if the gap is wider.
+    /// \param local    the node in the shape's coordinates [m];  \param R  turns the shape's axes to those of space
+    /// \param nearest  nearest(n) returns how far matter lies from the node along n [m]
+    /// \param gap      between face and matter [m];  \param normal  of the face, into free space
+    template <class Nearest>
+    [[gnu::cold, gnu::noinline]] void look_at_matter(const Vec<S, D>& local, const Mat<S, D>& R, const Nearest& nearest,
+                                                     S& gap, Vec<S, D>& normal) const {
+        const S middle = S(0.5) * (nearest(normal) - nearest(-normal));
+        const Vec<S, D> of_matter = local + transpose(R) * normal * middle, face = R * normal_of(shape, of_matter);
+        const S cosine = dot(face, normal), of_node = shape.signed_distance(of_matter) - middle * cosine - S(thickness);
+        if (!(cosine < S(0) && of_node < S(0))) return;
+        const S there = of_node + nearest(face);
+        if (!(there > gap)) return;
+        gap = there;
+        normal = face;
     }
 
     /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is

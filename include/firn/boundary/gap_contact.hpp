@@ -138,7 +138,8 @@ inline constexpr double boundary_reach = 0.25;
 ///                  this is not less than `none` or not a number. \see Separator::nearest
 template <int D, class Nearest>
 struct ActByGap {
-    static constexpr double none = 1e30;  ///< Above any distance [m].
+    static constexpr double none = 1e30;          ///< Above any distance [m].
+    static constexpr double clear_overlap = 0.1;  ///< Matter that rests on a surface overlaps by less [cells].
 
     double cell_size;        ///< h [m]
     double dt;               ///< time step [s]
@@ -148,19 +149,36 @@ struct ActByGap {
     /// push, this is v to the bit.
     /// \param distance  of the node from the surface [m];  \param normal  of the surface, into free space
     /// \param velocity  of the surface [m/s]
-    Vec<double, D> operator()(const Vec<double, D>& v, double distance, const Vec<double, D>& normal,
-                              const Vec<double, D>& velocity, Contact contact, double friction) const {
+    /// \param look      optional, a function: where matter overlaps clearly, look(nearest, gap, normal) may replace the
+    ///                  gap [m] and the normal by those of another face
+    template <class... Look>
+    Vec<double, D> operator()(const Vec<double, D>& v, double distance, Vec<double, D> normal,
+                              const Vec<double, D>& velocity, Contact contact, double friction,
+                              const Look&... look) const {
+        static_assert(sizeof...(Look) <= 1);
         if (contact == Contact::none) return v;
-        return by_gap(v, distance + nearest(normal), normal, velocity, contact, friction);
-    }
-    /// Returns the same for a gap between surface and matter that is known [m].
-    Vec<double, D> by_gap(const Vec<double, D>& v, double gap, const Vec<double, D>& normal,
-                          const Vec<double, D>& velocity, Contact contact, double friction) const {
+        double gap = distance + nearest(normal);
         if (!(gap < none)) return v;
+        if (gap < -clear_overlap * cell_size) (look(nearest, gap, normal), ...);
         const Vec<double, D> before = v - velocity;
         const Vec<double, D> after =
             velocity_after_contact(before, normal, contact, friction, gap, boundary_reach * cell_size, dt);
         return dot(after - before, after - before) > 0 ? velocity + after : v;
+    }
+};
+
+/// Notes whether a surface may act on a node, and lets none act: a function like ActByGap.
+template <int D>
+struct NoteSurface {
+    double cell_size;  ///< h [m]
+    bool& is_there;    ///< becomes true where a surface may act
+
+    /// Returns v.
+    template <class... Look>
+    Vec<double, D> operator()(const Vec<double, D>& v, double, const Vec<double, D>&, const Vec<double, D>&,
+                              Contact contact, double, const Look&...) const {
+        is_there = is_there || contact != Contact::none;
+        return v;
     }
 };
 
