@@ -240,8 +240,8 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     return near == 2;
 }
 
-/// Returns the distance [m] from which on the distances that a boundary's surfaces() tells are not exact; infinite for a
-/// boundary without exact_up_to().
+/// Returns the distance [m] from which on the distances that a boundary's surfaces() tells are not exact; infinite for
+/// a boundary without exact_up_to().
 template <class B>
 double exact_up_to(const B& boundary) {
     if constexpr (requires { boundary.exact_up_to(); })

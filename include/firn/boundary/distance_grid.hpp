@@ -103,9 +103,9 @@ struct DistanceGrid {
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
     /// Returns two numbers [m]. The signed distances of all points within `radius` [m] of x [m] lie between them.
     ///
-    /// With d and p as above, (‖x − p‖, d) changes by at most the way between two points, since p is the projection on a
-    /// convex box. The distance changes by no more, except where the solid reaches the end of the grid: there it is the
-    /// sum of both, as its upper bound is everywhere outside, and changes by up to √2 times the way.
+    /// With d and p as above, (‖x − p‖, d) changes by at most the way between two points, since p is the projection on
+    /// a convex box. The distance changes by no more, except where the solid reaches the end of the grid: there it is
+    /// the sum of both, as its upper bound is everywhere outside, and changes by up to √2 times the way.
     std::array<double, 2> distances_within(const Vec<double, D>& x, double radius) const {
         const auto exact = lift<double>(*this);
         const auto cell = exact.locate(x);

@@ -35,6 +35,11 @@ inline constexpr bool never = false;
 /// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
 ///
+/// A solid may be thin: nodes behind it, which are nearer to its other face, act by the face that matter touches. A
+/// plate, capsule, ball or mesh of 0.4 cells or more pulls at matter that leaves it with less than 1 % of the force that
+/// it pressed with. But matter on both sides of a solid thinner than 2.5 cells shares nodes, and moves as one there,
+/// unless each side has a contact group of its own. A simulation warns of such solids.
+///
 /// GapContact must be the outermost boundary. It takes Walls, Collider, Together and BoundaryList, and every boundary
 /// that has, besides what boundary/concept.hpp asks for,
 ///
@@ -43,7 +48,9 @@ inline constexpr bool never = false;
 ///                                      act(v, distance, normal, velocity, contact, friction): the distance of the
 ///                                      node from the surface [m], negative in the solid; the surface's unit normal,
 ///                                      which points into free space; the velocity of the solid at x [m/s]; the
-///                                      Contact; and Coulomb's friction coefficient. x, v and all others are in double
+///                                      Contact; and Coulomb's friction coefficient. x, v and all others are in
+///                                      double. For thin solids, act() takes a function that looks for the face
+///                                      that matter touches. \see ActByGap
 template <class B>
 struct GapContact {
     B boundary;  ///< Walls, colliders or both.

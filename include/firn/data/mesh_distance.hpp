@@ -14,15 +14,18 @@ namespace firn {
 /// Options of mesh_distance(), which determine the grid of distances.
 struct MeshDistanceOptions {
     double spacing = 0;  ///< distance between nodes [m]; good values: the simulation's cell size, or half of it
-    /// How far the grid extends beyond the mesh's bounding box on each side [m]; 0: three times `spacing`. Farther away,
-    /// distances are continued from the end of the grid, with errors of some percent: see DistanceGrid.
+    /// How far the grid extends beyond the mesh's bounding box on each side [m]; 0: three times `spacing`. Farther
+    /// away, distances are continued from the end of the grid, with errors of some percent: see DistanceGrid.
     double band = 0;
     double most_bytes = 0x1p32;  ///< largest size of the grid [bytes]; a larger grid is an error
 };
 
 /// Returns a grid with the signed distance [m] from each node to the nearest triangle. At nodes inside the mesh
-/// (according to InsideTest) the distance is negative. Distances are exact up to rounding at all nodes, also far from the
-/// mesh: none is capped.
+/// (according to InsideTest) the distance is negative. Distances are exact up to rounding at all nodes, also far from
+/// the mesh: none is capped.
+///
+/// The thinnest part of the mesh should be two spacings thick. In a part thinner than one spacing, there may be no node:
+/// its surface then lies up to half a spacing deeper, or is missing.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
 /// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one

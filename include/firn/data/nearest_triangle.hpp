@@ -33,9 +33,8 @@ FIRN_INLINE S squared_distance_to_triangle(const Vec<S, 3>& x, const Corners& co
     const S to_edges = min(min(squared_distance_to_segment(x, a, b), squared_distance_to_segment(x, b, c)),
                            squared_distance_to_segment(x, c, a));
     if (!(area2 > 0)) return to_edges;
-    const auto left_of = [&](const auto& from, const auto& to) FIRN_LAMBDA {
-        return dot(x - cast<S>(from), cast<S>(cross(normal, to - from)));
-    };
+    const auto left_of = [&](const auto& from, const auto& to)
+                             FIRN_LAMBDA { return dot(x - cast<S>(from), cast<S>(cross(normal, to - from))); };
     const S height = dot(x - cast<S>(a), cast<S>(normal));
     const auto is_above = min(min(left_of(a, b), left_of(b, c)), left_of(c, a)) >= S(0);
     return select(is_above, height * height * S(1 / area2), to_edges);

@@ -50,7 +50,8 @@ void check_distances(const PointMasses<S, D>& points, const B& boundary) {
         throw parameter_error(sentence("A point has a radius of ", largest,
                                        " m, and a shape of the boundary knows distances up to ", known,
                                        " m only: the point would touch surfaces that are far away. Store distances up "
-                                       "to ", largest, " m (a wider band)."));
+                                       "to ",
+                                       largest, " m (a wider band)."));
 }
 
 /// Applies the contact of all points with the surfaces of a boundary; pinned points do not change. A point of radius 0
@@ -59,7 +60,8 @@ void check_distances(const PointMasses<S, D>& points, const B& boundary) {
 /// \param boundary     a boundary with scalar type S and a member function surfaces(), see has_surfaces
 /// \param restitution  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
 /// \param threads      number of threads; 0: the number that thread_count() returns
-/// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() or check_distances() throws it
+/// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() or check_distances() throws
+/// it
 template <std::floating_point S, int D, class B>
 void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitution = 0, int threads = 0) {
     static_assert(has_surfaces<with_scalar_t<B, S>, S, D>,
