@@ -44,7 +44,7 @@ struct named_collider {
 /// of the other solid.
 ///
 /// A solid should be at least 3 cells thick. In a thinner one, nodes near one face pull at matter that leaves the other:
-/// a turned plate that an edge of a body touches, of 1.6, 2.4 and 3 cells, with 18, 4 and 1 % of the force that it
+/// a turned plate of 1.6, 2.4 and 3 cells that the edge of a body touches, with up to 18, 4 and 1 % of the force that it
 /// pressed with. Matter on both sides shares nodes, and moves as one there. A simulation warns of such solids. In a
 /// GapContact, they do not pull.
 ///

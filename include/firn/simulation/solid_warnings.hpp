@@ -3,13 +3,16 @@
 
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/concept.hpp>
+#include <firn/boundary/distance_grid.hpp>
 #include <firn/boundary/shapes.hpp>
 #include <firn/core/error.hpp>
 #include <firn/data/domain.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <tuple>
 
 namespace firn::detail {
 
@@ -129,37 +132,68 @@ template <class Boundary, int D>
     return text;
 }
 
+/// Returns the size [m] from which on stored distances are the same, if they seem to be capped; else infinity. The
+/// distance d of a point cannot be the same at its neighbours along all axes, unless these are more than 2 d/√D away.
+template <class Number, int D>
+[[gnu::cold]] double cap_of(const DistanceNumbers<Number, D>& numbers) {
+    const double none = std::numeric_limits<double>::infinity();
+    if (numbers.values.empty()) return none;
+    const Number most = *std::max_element(numbers.values.begin(), numbers.values.end());
+    if (!(double(most) > 0.5 * std::sqrt(double(D)) * numbers.spacing)) return none;
+    for (std::size_t i = 0; i < numbers.values.size(); ++i) {
+        bool is_capped = numbers.values[i] == most;
+        for (std::size_t a = D, rest = i, stride = 1; a-- > 0 && is_capped;) {
+            const std::size_t count = std::size_t(numbers.nodes[a]), along = rest % count;
+            is_capped = along > 0 && along + 1 < count && numbers.values[i - stride] == most &&
+                        numbers.values[i + stride] == most;
+            rest /= count;
+            stride *= count;
+        }
+        if (is_capped) return double(most);
+    }
+    return none;
+}
+/// Returns the same for a shape, as far as seen from points around the solid; infinity if the cap is above `needed`
+/// [m].
+template <class Solid, int D>
+[[gnu::cold]] double cap_of(const Solid& solid, const Domain<D>& domain, double needed) {
+    double cap = std::numeric_limits<double>::infinity();
+    const auto shape = lift<double>(solid.shape);
+    for_points_around(solid, domain, [&](const Vec<double, D>& x) {
+        const double distance = shape.signed_distance(x), away = std::min(distance, domain.cell_size);
+        bool is_same = distance > 1e-3 * domain.cell_size && distance < std::min(cap, needed);
+        for (int a = 0; a < D; ++a)
+            for (const double side : {-away, away}) {
+                if (!is_same) return;
+                Vec<double, D> beside = x;
+                beside[a] += side;
+                is_same = shape.signed_distance(beside) == distance;
+            }
+        if (is_same) cap = distance;
+    });
+    return cap;
+}
+
 /// Returns a sentence if the distances of a solid of the boundary seem to be capped below what its contact compares
 /// them with, and its shape does not say so; otherwise an empty string.
-///
-/// The distance d of a point from a surface cannot be the same at the points d or less beside it along all axes: one of
-/// these is nearer to the surface.
 template <class Boundary, int D>
 [[gnu::cold]] std::string capped_distances(const Boundary& boundary, const Domain<D>& domain) {
     std::string text;
     for_colliders(boundary, [&]<class Shape>(const Collider<Shape>& solid, bool) {
         if constexpr (!is_flat<Shape>) {
+            if (!text.empty() || solid.contact == Contact::none) return;
             const double h = domain.cell_size, needed = double(solid.on_grid(h).layer()) + 2 * h;
-            const auto shape = lift<double>(solid.shape);
-            for_points_around(solid, domain, [&](const Vec<double, D>& x) {
-                if (!text.empty() || solid.contact == Contact::none) return;
-                const double distance = shape.signed_distance(x);
-                const double away = std::min(distance, h);
-                bool is_same = distance > 1e-3 * h && distance < needed;
-                for (int a = 0; a < D; ++a)
-                    for (const double side : {-away, away}) {
-                        Vec<double, D> beside = x;
-                        beside[a] += side;
-                        is_same = is_same && shape.signed_distance(beside) == distance;
-                    }
-                if (is_same)
-                    text =
-                        sentence("a ", solid.name, " at ", point_text(solid.position.v, D), " m caps its distances at ",
-                                 distance, " m, and its contact compares them up to ", needed,
-                                 " m, its layer and two cells: it acts on nodes that are far away. Store distances up "
-                                 "to ",
-                                 needed, " m; let the shape say what it knows by exact_up_to().");
-            });
+            double cap;
+            if constexpr (requires { cap_of(*solid.shape.numbers); })
+                cap = cap_of(*solid.shape.numbers);
+            else
+                cap = cap_of(solid, domain, needed);
+            if (cap < needed)
+                text =
+                    sentence("a ", solid.name, " at ", point_text(solid.position.v, D), " m caps its distances at ",
+                             cap, " m, and its contact compares them up to ", needed,
+                             " m, its layer and two cells: it acts on nodes that are far away. Store distances up to ",
+                             needed, " m; let the shape say what it knows by exact_up_to().");
         }
     });
     return text;
