@@ -24,8 +24,8 @@ struct MeshDistanceOptions {
 /// (according to InsideTest) the distance is negative. Distances are exact up to rounding at all nodes, also far from
 /// the mesh: none is capped.
 ///
-/// The thinnest part of the mesh should be two spacings thick. In a part thinner than one spacing, there may be no node:
-/// its surface then lies up to half a spacing deeper, or is missing.
+/// The thinnest part of the mesh should be two spacings thick. In a part thinner than one spacing, there may be no
+/// node: its surface then lies up to half a spacing deeper, or is missing.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
 /// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one
@@ -64,7 +64,7 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
     for (int a = 0; a < 3; ++a) grid.nodes[std::size_t(a)] = int(count[a]);
     grid.values.reserve(std::size_t(bytes / sizeof(Number)));
 
-    using P = native_pack<double>;  // neighbours along the last axis share one search
+    using P = pack<double, int(register_bytes / sizeof(double))>;  // neighbours along the last axis share a search
     constexpr int lanes = scalar_traits<P>::lanes;
     for (int i = 0; i < grid.nodes[0]; ++i)
         for (int j = 0; j < grid.nodes[1]; ++j)
