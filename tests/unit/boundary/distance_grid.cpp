@@ -84,6 +84,24 @@ TEST_CASE("where distances go on beyond the grid, reaches() misses no node", "[b
     CHECK(skipped_complement > 100);
 }
 
+TEST_CASE("where a solid reaches the end of its grid, reaches() misses no node beyond", "[boundary][shape]") {
+    // Below y = 0. Beyond x = 1, its distance is y + x − 1 for y < 0: it changes by √2 times the way along (1, 1).
+    DistanceNumbers<double, 2> numbers{{-1, -2}, 0.05, {41, 81}, {}};
+    for (int i = 0; i < 41; ++i)
+        for (int j = 0; j < 81; ++j) numbers.values.push_back(-2 + 0.05 * j);
+    const Grid shape{std::make_shared<const DistanceNumbers<double, 2>>(std::move(numbers))};
+    const auto check = [](const auto& solid, const Vec<double, 2>& node, const Vec<double, 2>& opposite) {
+        REQUIRE(solid.velocity(node, {1, -2}) == Vec<double, 2>::zero());
+        Vec<double, 2> lower = node, upper = node;
+        for (int a = 0; a < 2; ++a)
+            lower[a] = std::min(lower[a], opposite[a]), upper[a] = std::max(upper[a], opposite[a]);
+        CHECK(solid.reaches(lower, upper));
+    };
+    check(Collider<Grid>{.shape = shape, .contact = Contact::stick, .thickness = 0.01}, {1.5, -0.5}, {2.9, 0.9});
+    check(Collider<Complement<Grid>>{.shape = {shape}, .contact = Contact::stick, .thickness = 0.01}, {1.5, -0.5},
+          {0.5, -1.5});
+}
+
 TEST_CASE("beyond the grid, the distance and the normal are those of the surface next to it", "[boundary][shape]") {
     // Of a disc, they are nearly right; the sum of two ways would be 3.09 at (4, 3), and the normal (1, 0) at (4, 1).
     DistanceNumbers<double, 2> numbers{{-2, -2}, 0.0625, {65, 65}, {}};
