@@ -43,10 +43,10 @@ struct named_collider {
 /// cells of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside
 /// of the other solid.
 ///
-/// A solid should be at least 3 cells thick. In a thinner one, nodes near one face pull at matter that leaves the other:
-/// a turned plate of 1.6, 2.4 and 3 cells that the edge of a body touches, with up to 18, 4 and 1 % of the force that it
-/// pressed with. Matter on both sides shares nodes, and moves as one there. A simulation warns of such solids. In a
-/// GapContact, they do not pull.
+/// A solid should be at least 3 cells thick. In a thinner one, nodes near one face pull at matter that leaves the
+/// other: a turned plate of 1.6, 2.4 and 3 cells that the edge of a body touches, with up to 18, 4 and 1 % of the force
+/// that it pressed with. Matter on both sides shares nodes, and moves as one there. A simulation warns of such solids.
+/// In a GapContact, they do not pull.
 ///
 /// A shape may cap its distances, and say so by exact_up_to(). A collider on a grid needs distances up to its layer and
 /// two cells; if it has less, it is refused.
@@ -63,6 +63,8 @@ struct Collider {
     /// The type of this collider with scalar type T.
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
+    /// Whether the shape tells up to which distance it is exact.
+    static constexpr bool caps = requires(const Shape of) { of.exact_up_to(); };
 
     Shape shape{};                                  ///< The shape, in the shape's coordinates.
     Contact contact = Contact::separate;            ///< How matter may move at the surface.
@@ -74,6 +76,7 @@ struct Collider {
     Vec<P, D> linear_velocity = Vec<P, D>::zero();  ///< V: velocity of the shape's origin [m/s]
     Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the shape's origin [rad/s]; in 2D counter-clockwise
     P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
+    P known = P(0);  ///< if the shape caps distances: those below this are exact [m]; set by on_grid() and lifted()
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
     static constexpr auto parameters() {
@@ -132,7 +135,8 @@ struct Collider {
                 cast<Q>(rotation),
                 cast<Q>(linear_velocity),
                 cast_axial<Q, D>(angular_velocity),
-                Q(cell_size)};
+                Q(cell_size),
+                Q(known_distance())};
     }
 
     /// Returns the collider for a grid with cells of side h [m].
@@ -141,6 +145,7 @@ struct Collider {
         Collider there = *this;
         there.cell_size = h;
         if constexpr (std::floating_point<S>) there.check_distances();
+        there.known = known_distance();
         return there;
     }
     /// The thickness of the layer around the solid [m].
@@ -193,8 +198,10 @@ struct Collider {
         S distance = named("distance", shape.signed_distance(local));
         if constexpr (!is_flat<Shape> && !std::same_as<Others, NoOthers>) {
             if (!any(distance <= thick + S(sight()) * S(cell_size))) return v;
-            local = local + transpose(R) * way_out_of(others, x);
-            distance = min(distance, shape.signed_distance(local));
+            const Vec<S, D> beside = local + transpose(R) * way_out_of(others, x);
+            const S there = shape.signed_distance(beside);
+            local = caps ? select(there < S(known), beside, local) : beside;
+            distance = min(distance, there);
         }
         const auto touched = distance <= thick;
         if (!any(touched)) return v;
@@ -219,8 +226,7 @@ struct Collider {
             distance = shape.signed_distance(local);
         }
         if (!(min(of_node, distance) <= thick)) return v;
-        if constexpr (requires { shape.exact_up_to(); })
-            if (distance >= S(shape.exact_up_to())) return v;  // the gap is not known, but wide
+        if (caps && of_node < distance && !(distance < S(known))) return v;  // the gap is not known, but wide
         const Vec<S, D> normal = R * normal_of(shape, local), speed = surface_velocity(x);
         if constexpr (is_flat<Shape>)
             return act(v, distance - S(thickness), normal, speed, contact, S(friction));
@@ -232,7 +238,7 @@ struct Collider {
 
     /// Returns the distance [m] from which on the distance that surfaces() tells is not exact. \see firn::exact_up_to
     double exact_up_to() const
-        requires(std::floating_point<S> && requires(const Shape of) { of.exact_up_to(); })
+        requires(std::floating_point<S> && caps)
     {
         return shape.exact_up_to() - layer();
     }
@@ -289,12 +295,19 @@ private:
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
+    /// Returns the distance [m] below which those of the shape are exact.
+    FIRN_INLINE P known_distance() const {
+        if constexpr (caps && std::floating_point<S>)
+            return P(std::min(double(shape.exact_up_to()), 1e30));  // infinity is no number of a program for a GPU
+        else
+            return known;
+    }
     /// \throws parameter_error if the shape caps distances that contact compares on this grid
     void check_distances() const {
-        if constexpr (requires { shape.exact_up_to(); }) {
-            const double known = shape.exact_up_to(), needed = layer() + off_others * cell_size;
-            if (!(known >= needed))
-                throw parameter_error(sentence("The shape of a ", name, " knows distances up to ", known,
+        if constexpr (caps) {
+            const double exact = shape.exact_up_to(), needed = layer() + off_others * cell_size;
+            if (!(exact >= needed))
+                throw parameter_error(sentence("The shape of a ", name, " knows distances up to ", exact,
                                                " m only, and the collider needs them up to ", needed,
                                                " m, its layer of ", layer(), " m and two cells of ", cell_size,
                                                " m: it would take nodes far away for near ones. Store distances up to ",

@@ -123,6 +123,18 @@ TEST_CASE("what is known is enough: nodes are free or held as if nothing were ca
                                                          });
         return by_ball;
     };
+    // Without the gap, the normal at the node is taken there: the gradient of a cap is zero.
+    const auto in_corner = [&](double cap) {
+        const Together both(Collider<Capped<double, 2>>{.shape = {.cap = cap}, .thickness_in_cells = 0}, box);
+        Vec<double, 2> by_ball{};
+        velocity_among(both.on_grid(h), Vec<double, 2>{2.9 * h, 0.0}, Vec<double, 2>{-1, -1}, NoOthers{},
+                       [&](int part, const auto&, const auto& now) {
+                           if (part == 0) by_ball = now;
+                       });
+        return by_ball;
+    };
+    CHECK(in_corner(10) == Vec<double, 2>{0, -1});
+    CHECK(in_corner(2 * h) == Vec<double, 2>{0, -1});
     CHECK(after(10) == Vec<double, 2>{-1, -1});
     CHECK(after(2 * h) == Vec<double, 2>{-1, -1});
 }
