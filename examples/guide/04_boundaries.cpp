@@ -74,6 +74,9 @@ int main() {
     //! A shape of your own has one normal at a place. In its concave corners firn finds the other faces by looking one
     //! cell further. If you know the faces, name them: `faces(x, seen)`, see firn/boundary/shape.hpp. Say
     //! `convex = true` or `smooth = true` if there are no such corners, and firn does not look.
+    //! A shape of your own has a name, parameters and a `signed_distance(x)`: `firn/boundary/shape.hpp` says what else it
+    //! may have. If it caps its distances, say so with `exact_up_to()`: a collider compares them with its layer, and
+    //! with two cells more where other solids are near. The distances of a mesh are exact at all nodes of its grid.
     //!
     //! ## Periodic axes and planes of symmetry
     //!
@@ -104,6 +107,10 @@ int main() {
     //! between half a cell and one and a half, depending on where the nodes lie. This layer keeps matter out of the solid.
     //! Friction acts only while matter presses on the surface. Matter that must come right up to the surface meets it by
     //! the gap of particles, too.
+    //!
+    //! A solid should be at least 3 cells thick. Nodes near one face of a thinner one pull at matter that leaves the
+    //! other face, with up to 18 % of the force that pressed before if it has 1.6 cells, 4 % if 2.4, 1 % if 3. Matter on
+    //! both of its sides moves as one there. firn warns of such solids. By the gap of particles, they do not pull.
     //!
     //! A domain may lie far from 0, as in map coordinates. firn measures from the domain's corner, so walls, colliders
     //! and firn's acceleration fields lose nothing in float. What gets positions in metres does: boundaries and

@@ -140,11 +140,14 @@ bool floor_is_where_it_lies() {
     return early < 0.3 && std::abs(right - 0.8) < 0.02;
 }
 
-//! A surface that matter has touched holds it if its contact is `slip` or `stick`, as long as the gap is below a quarter
-//! of a cell. At mirrored walls, matter meets its own mirror image. Of a collider, `thickness` moves the surface outwards;
-//! `thickness_in_cells` says which nodes take part: with less than its default of 1.5, matter beside the solid is less
-//! stiff, but comes deeper into it in a hard impact. GapContact is the outermost boundary. A boundary of your own needs
-//! one more function for it; firn::GapContact says which. A program that writes WGSL refuses it.
+//! A surface that matter has touched holds it if its contact is `slip` or `stick`, as long as the gap is below a
+//! quarter of a cell. At mirrored walls, matter meets its own mirror image. Of a collider, `thickness` moves the
+//! surface outwards; `thickness_in_cells` says which nodes take part: with less than its default of 1.5, matter beside
+//! the solid is less stiff, but comes deeper into it in a hard impact. Solids may be thin: even of 0.4 cells, they pull
+//! at matter that leaves with less than 1 % of the force that pressed before. But matter on both sides of a solid
+//! thinner than 2.5 cells shares nodes, and moves as one there, unless each side has a contact group of its own.
+//! GapContact is the outermost boundary. A boundary of your own needs one more function for it; firn::GapContact says
+//! which. A program that writes WGSL refuses it.
 //!
 //! ## Your own law
 //!

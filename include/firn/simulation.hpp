@@ -317,7 +317,7 @@ private:
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
-        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn, ranks());
+        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, has_contact_groups, warn, ranks());
         const bool leaves_regions =
             any_set([](const auto& set) { return set.forces && set.forces->may_open_regions(); });
         Stepper<D>::take_steps(

@@ -7,6 +7,7 @@
 #include <firn/core/names.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -94,6 +95,13 @@ struct BoundaryList {
         requires has_surfaces<B, S, D>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         for (const B& one : all) one.surfaces(x, seen);
+    }
+
+    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
+    double exact_up_to() const {
+        double least = std::numeric_limits<double>::infinity();
+        for (const B& one : all) least = std::min(least, firn::exact_up_to(one));
+        return least;
     }
 
     /// Returns true if at least one of the boundaries may change nodes in the box [lower, upper] [m].

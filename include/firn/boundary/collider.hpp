@@ -44,6 +44,14 @@ struct named_collider {
 /// cells of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside
 /// of the other solid.
 ///
+/// A solid should be at least 3 cells thick. In a thinner one, nodes near one face pull at matter that leaves the
+/// other: a turned plate of 1.6, 2.4 and 3 cells that the edge of a body touches, with up to 18, 4 and 1 % of the force
+/// that it pressed with. Matter on both sides shares nodes, and moves as one there. A simulation warns of such solids.
+/// In a GapContact, they do not pull.
+///
+/// A shape may cap its distances, and say so by exact_up_to(). A collider on a grid needs distances up to its layer and
+/// two cells; if it has less, it is refused.
+///
 /// Position, rotation and velocities are stored in double, so that the small motions of single steps are not lost by
 /// rounding. The contact is that of Stomakhin et al. 2013, §8; see velocity_after_contact().
 /// \tparam Shape  a shape as described in boundary/shape.hpp, for example `Sphere<float, 3>`
@@ -56,6 +64,8 @@ struct Collider {
     /// The type of this collider with scalar type T.
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
+    /// Whether the shape tells up to which distance it is exact.
+    static constexpr bool caps = requires(const Shape of) { of.exact_up_to(); };
 
     Shape shape{};                                  ///< The shape, in the shape's coordinates.
     Contact contact = Contact::separate;            ///< How matter may move at the surface.
@@ -67,6 +77,7 @@ struct Collider {
     Vec<P, D> linear_velocity = Vec<P, D>::zero();  ///< V: velocity of the shape's origin [m/s]
     Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the shape's origin [rad/s]; in 2D counter-clockwise
     P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
+    P known = P(0);  ///< if the shape caps distances: those below this are exact [m]; set by on_grid() and lifted()
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
     static constexpr auto parameters() {
@@ -82,8 +93,9 @@ struct Collider {
 
     /// Checks the parameters of the collider and of its shape.
     /// \throws parameter_error if the position or a velocity is not finite, if the length of `rotation` differs from 1
-    /// by 1e-6 or more, or if the friction or a thickness is negative or not finite. If check() of the shape throws an
-    /// exception, this function passes the exception on.
+    /// by 1e-6 or more, if the friction or a thickness is negative or not finite, or if the shape does not know
+    /// distances up to the layer and two cells. If check() of the shape throws an exception, this function passes the
+    /// exception on.
     void check() const
         requires std::floating_point<S>
     {
@@ -105,6 +117,7 @@ struct Collider {
         const double length = norm(rotation);
         if (!(std::abs(length - 1) < 1e-6))
             refuse("rotation", sentence("a quaternion of length ", length), "of length 1: make it with rotor()");
+        check_distances();
     }
 
     /// Returns the collider converted to scalar type T. A simulation calls this function once per step, before any node
@@ -123,13 +136,17 @@ struct Collider {
                 cast<Q>(rotation),
                 cast<Q>(linear_velocity),
                 cast_axial<Q, D>(angular_velocity),
-                Q(cell_size)};
+                Q(cell_size),
+                Q(known_distance())};
     }
 
     /// Returns the collider for a grid with cells of side h [m].
+    /// \throws parameter_error if the shape does not know distances up to the layer and two cells
     FIRN_INLINE Collider on_grid(const P& h) const {
         Collider there = *this;
         there.cell_size = h;
+        if constexpr (std::floating_point<S>) there.check_distances();
+        there.known = known_distance();
         return there;
     }
     /// Returns the collider for positions that are measured from `corner` [m]. \see firn::measured_from
@@ -198,31 +215,51 @@ struct Collider {
         const S thick = S(layer());
         Vec<S, D> local = transpose(R) * (x - cast<S>(position));
         S distance = named("distance", shape.signed_distance(local));
-        S nearest = distance;
+        S nearest = distance, told = distance;
         if constexpr (!is_flat<Shape> && !has_faces<Shape> && !std::same_as<Others, NoOthers>) {
             if (!any(distance <= thick + S(sight()) * S(cell_size))) return;
-            local = local + transpose(R) * way_out_of(others, x);
-            distance = shape.signed_distance(local);
-            nearest = min(nearest, distance);
+            const Vec<S, D> beside = local + transpose(R) * way_out_of(others, x);
+            told = shape.signed_distance(beside);
+            nearest = min(distance, told);
+            if constexpr (caps) {  // what is capped has no normal
+                const auto exact = told < S(known);
+                local = select(exact, beside, local);
+                distance = select(exact, told, distance);
+            } else {
+                local = beside;
+                distance = told;
+            }
         }
         const auto touched = nearest <= thick;
         if (!any(touched)) return;
         const Vec<S, D> surface = surface_velocity(x);
-        const auto tell = [&](const mask_t<S>& acts, const S& from, const Vec<S, D>& normal) FIRN_LAMBDA {
-            seen(ActingSurface<S, D>{acts, from - S(thickness), R * normal, surface, contact, S(friction)});
+        const auto tell = [&](const mask_t<S>& acts, const S& from, const Vec<S, D>& normal,
+                              const auto&... look) FIRN_LAMBDA {
+            seen(ActingSurface<S, D>{acts, from - S(thickness), R * normal, surface, contact, S(friction)}, look...);
         };
         if constexpr (has_faces<Shape>) {
             shape.faces(local, [&](const S& from, const Vec<S, D>& normal) FIRN_LAMBDA {
                 if (any(from <= thick)) tell(from <= thick, from, normal);
             });
         } else if (contact == Contact::stick && !needs_normals<Seen>) {
-            tell(touched, distance, Vec<S, D>::zero());
+            tell(touched, told, Vec<S, D>::zero());
         } else {
             const Vec<S, D> normal = normal_of(shape, local);
-            tell(touched, distance, normal);
+            if constexpr (looks_at_matter<Seen> && !is_flat<Shape>)
+                tell(touched, told, normal,
+                     [&](const auto& matter, S& gap, Vec<S, D>& face) { look_at_matter(local, R, matter, gap, face); });
+            else
+                tell(touched, told, normal);
             if constexpr (may_have_corners<Shape>)
                 find_corner(touched, thick, local, distance, normal, transpose(R) * (v - surface), tell);
         }
+    }
+
+    /// Returns the distance [m] from which on the distance that surfaces() tells is not exact. \see firn::exact_up_to
+    double exact_up_to() const
+        requires(std::floating_point<S> && caps)
+    {
+        return shape.exact_up_to() - layer();
     }
 
     /// Calls `seen` for the outer surface of the layer; for each of its faces if the shape names its faces. \see
@@ -255,11 +292,15 @@ struct Collider {
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
-        if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
+        double least = distance - farthest;
+        if constexpr (requires { exact.distances_within(local, farthest); })
+            least = exact.distances_within(local, farthest)[0];
+        else if constexpr (requires { exact.uncertainty(); })
+            least -= exact.uncertainty();
         // velocity() gets positions rounded to S, so a node may be nearer to the solid by this distance [m].
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
-        return distance <= farthest + layer() + rounding;
+        return least <= layer() + rounding;
     }
 
     /// Returns a distance [m]: only other solids within this distance of a node can change the normal that contact uses
@@ -325,6 +366,48 @@ private:
                 second = other;
             }
         });
+    }
+
+    /// Returns the distance [m] below which those of the shape are exact.
+    FIRN_INLINE P known_distance() const {
+        if constexpr (caps && std::floating_point<S>)
+            return P(std::min(double(shape.exact_up_to()), 1e30));  // infinity is no number of a program for a GPU
+        else
+            return known;
+    }
+    /// \throws parameter_error if the shape caps distances that contact compares on this grid
+    void check_distances() const {
+        if constexpr (caps) {
+            const double exact = shape.exact_up_to(), needed = layer() + off_others * cell_size;
+            if (!(exact >= needed))
+                throw parameter_error(sentence("The shape of a ", name, " knows distances up to ", exact,
+                                               " m only, and the collider needs them up to ", needed,
+                                               " m, its layer of ", layer(), " m and two cells of ", cell_size,
+                                               " m: it would take nodes far away for near ones. Store distances up to ",
+                                               needed, " m (a wider band), or take a thinner layer."));
+        }
+    }
+
+    /// Replaces the face next to a node by the one that matter around the node touches, if that is another one.
+    ///
+    /// In a thin solid, and behind it, nodes are nearer to the other face than to the one that matter touches. For this
+    /// face, such matter is deep in the solid, and must not move out of it through the first one: the solid would pull
+    /// at matter that leaves. So the face is looked for at the middle of the matter. It is taken if it looks the other
+    /// way, if the node lies behind it, and if the gap is wider.
+    /// \param local    the node in the shape's coordinates [m];  \param R  turns the shape's axes to those of space
+    /// \param nearest  nearest(n) returns how far matter lies from the node along n [m]
+    /// \param gap      between face and matter [m];  \param normal  of the face, into free space
+    template <class Nearest>
+    [[gnu::cold, gnu::noinline]] void look_at_matter(const Vec<S, D>& local, const Mat<S, D>& R, const Nearest& nearest,
+                                                     S& gap, Vec<S, D>& normal) const {
+        const S middle = S(0.5) * (nearest(normal) - nearest(-normal));
+        const Vec<S, D> of_matter = local + transpose(R) * normal * middle, face = R * normal_of(shape, of_matter);
+        const S cosine = dot(face, normal), of_node = shape.signed_distance(of_matter) - middle * cosine - S(thickness);
+        if (!(cosine < S(0) && of_node < S(0))) return;
+        const S there = of_node + nearest(face);
+        if (!(there > gap)) return;
+        gap = there;
+        normal = face;
     }
 
     /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is

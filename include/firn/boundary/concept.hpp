@@ -18,6 +18,7 @@
 ///                                        for boundaries that are to work in domains far from 0
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
+///     double exact_up_to()               the distance [m] from which on the distances of surfaces() are not exact
 ///     void acting_surfaces(x, v, others, seen)  calls seen(surface) for each surface that acts on a node; see
 ///                                        has_acting_surfaces
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
@@ -30,6 +31,7 @@
 #include <firn/core/tensor.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <type_traits>
 
 namespace firn {
@@ -205,6 +207,10 @@ concept has_acting_surfaces =
 template <class Seen>
 inline constexpr bool needs_normals = requires { Seen::needs_normals; };
 
+/// Whether `seen` takes, after a surface, a function that looks for the face that matter touches. \see ActByGap
+template <class Seen>
+inline constexpr bool looks_at_matter = requires { Seen::looks_at_matter; };
+
 /// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted: first all surfaces at once,
 /// then parts of which firn does not know the surfaces, one after another.
 /// \param x       the node's position [m]
@@ -269,6 +275,16 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     for (int k = 0; k < count && near < 2; ++k)
         part(k, [&](const auto& one) { near += one.reaches(lower - margin, upper + margin); });
     return near == 2;
+}
+
+/// Returns the distance [m] from which on the distances that a boundary's surfaces() tells are not exact; infinite for
+/// a boundary without exact_up_to().
+template <class B>
+double exact_up_to(const B& boundary) {
+    if constexpr (requires { boundary.exact_up_to(); })
+        return boundary.exact_up_to();
+    else
+        return std::numeric_limits<double>::infinity();
 }
 
 /// Whether B has a function `surfaces(x, seen)`. The function reports where the surfaces of the boundary are, seen from

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -22,10 +23,12 @@ struct DistanceNumbers {
     std::array<int, std::size_t(D)> nodes{};  ///< number of nodes along each axis, at least two
     /// Signed distances [m], one per node, negative inside. The index along the last axis runs fastest.
     std::vector<Number> values;
+    /// If `values` are capped, the cap [m]: distances of this size or more are not exact. \see Collider
+    double exact_up_to = std::numeric_limits<double>::infinity();
 
     /// Checks the grid and the number of its values.
     /// \throws parameter_error unless each axis has at least two nodes, `lower` is finite, `spacing` is positive and
-    /// finite, and there is one value per node
+    /// finite, there is one value per node, and `exact_up_to` is positive
     void check() const {
         double all = 1;  // a double, since the product may exceed the range of int
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
@@ -41,15 +44,27 @@ struct DistanceNumbers {
         if (!(spacing > 0) || !std::isfinite(spacing))
             throw parameter_error(
                 sentence("The spacing of a grid of distances is ", spacing, " m; it must be positive and finite."));
+        if (!(exact_up_to > 0))
+            throw parameter_error(sentence("A grid holds distances up to ", exact_up_to,
+                                           " m; it must be positive, and infinite if no distance is capped."));
     }
 };
 
 /// A shape given by signed distances at the nodes of a grid.
 ///
-/// Inside the box of the grid, the distance is interpolated linearly along each axis. For a point x outside of the box,
-/// the signed distance is the value at the nearest point of the box plus the distance from that point to x. The normal
-/// is the direction of the gradient of the interpolated distance; outside of the box, the normal points from the
-/// nearest point of the box to x.
+/// Inside the box of the grid, the distance is interpolated linearly along each axis. The normal is the direction of
+/// the gradient of the interpolated distance.
+///
+/// For a point x outside of the box, let p be the nearest point of the box, d the distance at p, and g its gradient
+/// there. The nearest point of the surface is about s = p − d g. The normal points from s to x, and
+///
+///     distance² = ‖x − p‖² + d² + 2 d (x − p) · g
+///
+/// which is ‖x − s‖² for ‖g‖ = 1. The result lies between two bounds of the true distance, √(‖x − p‖² + d²) and
+/// ‖x − p‖ + d. For grids of mesh_distance(), the mean error is 0.2 % up to 3 spacings outside of the box, where the
+/// normal is off by 3° on average; up to 10 spacings, it is 1 % and 6°. If x must be nearer to the truth, as where
+/// large balls meet a small mesh, give the grid a wider band. If d < 0, the solid ends at the box: the distance is
+/// d + ‖x − p‖, and the normal points from p to x.
 ///
 /// Use a DistanceGrid for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh.
 /// The shape works on the CPU only. Copies of the shape share the stored distances.
@@ -91,9 +106,30 @@ struct DistanceGrid {
         const bool far = norm(numbers->lower - origin) > 100 * size;
         return {{numbers, far ? numbers->lower : origin}, far ? numbers->lower - origin : Vec<double, D>::zero()};
     }
+    /// The size [m] from which on distances are not exact: that of the stored numbers.
+    double exact_up_to() const { return numbers ? numbers->exact_up_to : std::numeric_limits<double>::infinity(); }
     /// Returns an upper bound [m] of the error of a difference between two interpolated distances: √D times the
     /// spacing. Each of the two distances has an error of at most half of this bound.
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
+    /// Returns two numbers [m]. The signed distances of all points within `radius` [m] of x [m] lie between them.
+    ///
+    /// With d and p as above, (‖x − p‖, d) changes by at most the way between two points, since p is the projection on
+    /// a convex box. The distance changes by no more, except where the solid reaches the end of the grid: there it is
+    /// the sum of both, as its upper bound is everywhere outside, and changes by up to √2 times the way.
+    std::array<double, 2> distances_within(const Vec<double, D>& x, double radius) const {
+        const auto exact = lift<double>(*this);
+        const auto cell = exact.locate(x);
+        const double d = exact.reduced(cell, -1), beyond = norm(cell.beyond), most = std::sqrt(2.0) * radius;
+        bool leaves = false;  // whether some of the points are outside of the box
+        for (int a = 0; a < D; ++a) {
+            const double from_lower = x[a] - numbers->lower[a];
+            const double size = (numbers->nodes[std::size_t(a)] - 1) * numbers->spacing;
+            leaves = leaves || !(std::min(from_lower, size - from_lower) > radius);
+        }
+        double least = (d >= 0 ? std::hypot(d, beyond) : d + beyond) - radius;
+        if (leaves && d <= radius + uncertainty()) least = std::min(least, d + beyond - most);
+        return {least - uncertainty(), d + beyond + (leaves ? most : radius) + uncertainty()};
+    }
 
     /// Returns the distance [m] from the origin to the farthest corner of the grid. No point of the solid is farther
     /// away, since the solid lies inside the grid.
@@ -110,20 +146,27 @@ struct DistanceGrid {
     /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
-        const S square = dot(cell.beyond, cell.beyond);
+        const S distance = reduced(cell, -1), square = dot(cell.beyond, cell.beyond);
         const auto is_beyond = S(0) < square;
-        return reduced(cell, -1) + select(is_beyond, sqrt(select(is_beyond, square, S(1))), S(0));
+        if (!any(is_beyond)) return distance;
+        const S beyond = sqrt(select(is_beyond, square, S(1)));
+        const S d = max(distance, S(0)), along = min(max(dot(cell.beyond, gradient(cell)), S(0)), beyond);
+        const S from_surface = sqrt(select(is_beyond, square + d * d + S(2) * d * along, S(1)));
+        return select(is_beyond, select(distance < S(0), distance + beyond, from_surface), distance);
     }
     /// The outward unit normal at x [1].
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
-        Vec<S, D> gradient{};
-        unroll<D>([&](auto a) FIRN_LAMBDA { gradient.v[a] = reduced(cell, a); });
+        const Vec<S, D> slope = gradient(cell);
         const auto is_beyond = S(0) < dot(cell.beyond, cell.beyond);
-        return direction_or_up(select(is_beyond, cell.beyond, gradient * S(1 / numbers->spacing)));
+        if (!any(is_beyond)) return direction_or_up(slope);
+        const S d = select(S(0) < dot(cell.beyond, slope), max(reduced(cell, -1), S(0)), S(0));
+        return direction_or_up(select(is_beyond, cell.beyond + slope * d, slope));
     }
 
 private:
+    template <scalar, int, class>
+    friend struct DistanceGrid;
     static constexpr int corners = 1 << D;
     struct Cell {
         S at[corners];       ///< signed distances at the corners of the cell [m], last axis fastest
@@ -165,6 +208,12 @@ private:
                 left[i] = a == along ? difference : left[2 * i] + difference * cell.fraction.v[a];
             }
         return left[0];
+    }
+    /// Returns the gradient [1] of the interpolated distance in the cell.
+    FIRN_INLINE Vec<S, D> gradient(const Cell& cell) const {
+        Vec<S, D> slope{};
+        unroll<D>([&](auto a) FIRN_LAMBDA { slope.v[a] = reduced(cell, a); });
+        return slope * S(1 / numbers->spacing);
     }
 };
 

@@ -38,6 +38,11 @@ inline constexpr bool never = false;
 /// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
 ///
+/// A solid may be thin: nodes behind it, which are nearer to its other face, act by the face that matter touches. A
+/// plate, capsule, ball or mesh of 0.4 cells or more pulls at matter that leaves it with less than 1 % of the force
+/// that it pressed with. But matter on both sides of a solid thinner than 2.5 cells shares nodes, and moves as one
+/// there, unless each side has a contact group of its own. A simulation warns of such solids.
+///
 /// GapContact must be the outermost boundary. It takes Walls, Collider, Together and BoundaryList, and every boundary
 /// that has, besides what boundary/concept.hpp asks for,
 ///
@@ -46,7 +51,9 @@ inline constexpr bool never = false;
 ///                                      act(v, distance, normal, velocity, contact, friction): the distance of the
 ///                                      node from the surface [m], negative in the solid; the surface's unit normal,
 ///                                      which points into free space; the velocity of the solid at x [m/s]; the
-///                                      Contact; and Coulomb's friction coefficient. x, v and all others are in double
+///                                      Contact; and Coulomb's friction coefficient. x, v and all others are in
+///                                      double. For thin solids, act() takes a function that looks for the face
+///                                      that matter touches. \see ActByGap
 template <class B>
 struct GapContact {
     B boundary;  ///< Walls, colliders or both.
@@ -107,6 +114,8 @@ struct GapContact {
     void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         boundary.surfaces(x, seen);
     }
+    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
+    double exact_up_to() const { return firn::exact_up_to(boundary); }
     /// Calls `seen` for the mirrored walls of the boundary. \see has_mirrors
     template <class Seen>
         requires has_mirrors<B>
@@ -145,7 +154,8 @@ inline constexpr double boundary_reach = 0.25;
 ///                  this is not less than `none` or not a number. \see Separator::nearest
 template <int D, class Nearest>
 struct ActByGap {
-    static constexpr double none = 1e30;  ///< Above any distance [m].
+    static constexpr double none = 1e30;          ///< Above any distance [m].
+    static constexpr double clear_overlap = 0.1;  ///< Matter that rests on a surface overlaps by less [cells].
 
     double cell_size;        ///< h [m]
     double dt;               ///< time step [s]
@@ -155,28 +165,42 @@ struct ActByGap {
     /// push, this is v to the bit.
     /// \param distance  of the node from the surface [m];  \param normal  of the surface, into free space
     /// \param velocity  of the surface [m/s]
-    Vec<double, D> operator()(const Vec<double, D>& v, double distance, const Vec<double, D>& normal,
-                              const Vec<double, D>& velocity, Contact contact, double friction) const {
+    /// \param look      optional, a function: where matter overlaps clearly, look(nearest, gap, normal) may replace the
+    ///                  gap [m] and the normal by those of another face
+    template <class... Look>
+    Vec<double, D> operator()(const Vec<double, D>& v, double distance, Vec<double, D> normal,
+                              const Vec<double, D>& velocity, Contact contact, double friction,
+                              const Look&... look) const {
+        static_assert(sizeof...(Look) <= 1);
         if (contact == Contact::none) return v;
-        return alone(v, distance + nearest(normal), normal, velocity, contact, friction);
+        const double gap = gap_to(distance, normal, look...);
+        return alone(v, gap, normal, velocity, contact, friction);
     }
 
     /// Adds a surface to those that act on a node at once.
     /// \param part  index of the part of the boundary that the surface belongs to
     /// \param v     velocity of the node before any surface acts [m/s]
-    void add(NodeAtSurfaces<double, D>& node, int part, const Vec<double, D>& v,
-             const ActingSurface<double, D>& surface) const {
+    /// \param look  as above
+    template <class... Look>
+    void add(NodeAtSurfaces<double, D>& node, int part, const Vec<double, D>& v, ActingSurface<double, D> surface,
+             const Look&... look) const {
         if (surface.contact == Contact::none || !surface.acts) return;
-        const double gap = surface.distance + nearest(surface.normal);
+        const double gap = gap_to(surface.distance, surface.normal, look...);
         if (!(gap < none)) return;
-        ActingSurface<double, D> now = surface;
+        const Vec<double, D> after = alone(v, gap, surface.normal, surface.velocity, surface.contact, surface.friction);
         const bool held = holds(surface.contact) && gap <= boundary_reach * cell_size;
-        if (!held) now.contact = Contact::separate;
-        node.add(part, now, alone(v, gap, surface.normal, surface.velocity, surface.contact, surface.friction),
-                 held ? 0 : closing_speed(gap, dt));
+        if (!held) surface.contact = Contact::separate;
+        node.add(part, surface, after, held ? 0 : closing_speed(gap, dt));
     }
 
 private:
+    /// Returns the gap between a surface and matter [m]; `look` may choose another face.
+    template <class... Look>
+    double gap_to(double distance, Vec<double, D>& normal, const Look&... look) const {
+        double gap = distance + nearest(normal);
+        if (gap < -clear_overlap * cell_size) (look(nearest, gap, normal), ...);
+        return gap;
+    }
     /// Returns the velocity of the node [m/s] after contact with a surface that acts alone.
     Vec<double, D> alone(const Vec<double, D>& v, double gap, const Vec<double, D>& normal,
                          const Vec<double, D>& velocity, Contact contact, double friction) const {
@@ -188,16 +212,40 @@ private:
     }
 };
 
+/// Notes whether a surface may act on a node, and lets none act: a function like ActByGap.
+template <int D>
+struct NoteSurface {
+    double cell_size;  ///< h [m]
+    bool& is_there;    ///< becomes true where a surface may act
+
+    /// Returns v.
+    template <class... Look>
+    Vec<double, D> operator()(const Vec<double, D>& v, double, const Vec<double, D>&, const Vec<double, D>&,
+                              Contact contact, double, const Look&...) const {
+        is_there = is_there || contact != Contact::none;
+        return v;
+    }
+    /// Adds nothing.
+    template <class... Look>
+    void add(NodeAtSurfaces<double, D>&, int, const Vec<double, D>&, const ActingSurface<double, D>& surface,
+             const Look&...) const {
+        is_there = is_there || (surface.contact != Contact::none && surface.acts);
+    }
+};
+
 namespace detail {
 /// Adds the surfaces of a part that act on a node, by the gap of particles.
 template <int D, class Act>
 struct AddByGap {
-    static constexpr bool needs_normals = true;
+    static constexpr bool needs_normals = true, looks_at_matter = true;
     const Act& act;
     NodeAtSurfaces<double, D>& node;
     int part;
     const Vec<double, D>& v;
-    void operator()(const ActingSurface<double, D>& surface) const { act.add(node, part, v, surface); }
+    template <class... Look>
+    void operator()(const ActingSurface<double, D>& surface, const Look&... look) const {
+        act.add(node, part, v, surface, look...);
+    }
 };
 }  // namespace detail
 

@@ -13,6 +13,12 @@
 ///     Vec normal(x)          outward unit normal, the gradient of the signed distance. Without this function, firn
 ///                            differentiates the signed distance with dual numbers
 ///     double uncertainty()   error [m]: the signed distances of two positions differ by at most |Δx| plus this error
+///     distances_within(x, r) two numbers [m] between which the signed distances of all positions lie that are at most
+///                            r [m] from x; for shapes that keep neither to |Δx| nor to |Δx| plus one error
+///     double exact_up_to()   the size [m] from which on signed distances are not exact, for a shape that caps them: a
+///                            shape with min(d, 0.1) returns 0.1. Without this function, none is capped. firn compares
+///                            distances with the layer of a Collider and with the radii of points, and refuses a shape
+///                            that does not know distances so large
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
 ///     convex = true          the solid is convex;  smooth = true: its surface has no edges. Unless one of them is

@@ -5,6 +5,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -247,6 +248,19 @@ struct Complement {
         requires requires(const Shape s) { s.uncertainty(); }
     {
         return hollow.uncertainty();
+    }
+    /// Returns hollow.exact_up_to(), the size [m] from which on distances are not exact.
+    double exact_up_to() const
+        requires requires(const Shape s) { s.exact_up_to(); }
+    {
+        return hollow.exact_up_to();
+    }
+    /// Returns two numbers [m]. The signed distances of all points within `radius` [m] of x [m] lie between them.
+    std::array<double, 2> distances_within(const Vec<double, dimension>& x, double radius) const
+        requires requires(const Shape s) { s.distances_within(x, radius); }
+    {
+        const auto [least, greatest] = hollow.distances_within(x, radius);
+        return {-greatest, -least};
     }
 
     /// The signed distance of x from the surface [m], negative outside of `hollow`.

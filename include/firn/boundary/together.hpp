@@ -113,6 +113,11 @@ struct Together {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { std::get<i>(parts).surfaces(x, seen); });
     }
 
+    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
+    double exact_up_to() const {
+        return std::apply([](const auto&... part) { return std::min({firn::exact_up_to(part)...}); }, parts);
+    }
+
     /// Returns true if at least one of the parts may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {

@@ -14,16 +14,18 @@ namespace firn {
 /// Options of mesh_distance(), which determine the grid of distances.
 struct MeshDistanceOptions {
     double spacing = 0;  ///< distance between nodes [m]; good values: the simulation's cell size, or half of it
-    /// The largest distance stored at nodes outside the mesh [m]; 0: three times `spacing`. Nodes farther away store
-    /// this distance, too. The grid extends this far beyond the mesh's bounding box on each side. At nodes inside the
-    /// mesh, distances are not limited, so that matter that entered the mesh is pushed out.
+    /// How far the grid extends beyond the mesh's bounding box on each side [m]; 0: three times `spacing`. Farther
+    /// away, distances are continued from the end of the grid, with errors of some percent: see DistanceGrid.
     double band = 0;
     double most_bytes = 0x1p32;  ///< largest size of the grid [bytes]; a larger grid is an error
 };
 
 /// Returns a grid with the signed distance [m] from each node to the nearest triangle. At nodes inside the mesh
-/// (according to InsideTest) the distance is negative. At nodes outside it is at most `band`. Distances are exact up to
-/// rounding.
+/// (according to InsideTest) the distance is negative. Distances are exact up to rounding at all nodes, also far from
+/// the mesh: none is capped.
+///
+/// The thinnest part of the mesh should be two spacings thick. In a part thinner than one spacing, there may be no
+/// node: its surface then lies up to half a spacing deeper, or is missing.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
 /// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one
@@ -62,19 +64,22 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
     for (int a = 0; a < 3; ++a) grid.nodes[std::size_t(a)] = int(count[a]);
     grid.values.reserve(std::size_t(bytes / sizeof(Number)));
 
+    using P = pack<double, int(register_bytes / sizeof(double))>;  // neighbours along the last axis share a search
+    constexpr int lanes = scalar_traits<P>::lanes;
     for (int i = 0; i < grid.nodes[0]; ++i)
-        for (int j = 0; j < grid.nodes[1]; ++j) {
-            double bound =
-                std::numeric_limits<double>::infinity();  // upper limit of the distance, from the previous node
-            for (int k = 0; k < grid.nodes[2]; ++k) {
-                const Vec<double, 3> x = grid.lower + Vec<double, 3>{double(i), double(j), double(k)} * spacing;
-                const bool is_inside = inside(x);
-                const double distance = nearest.distance(x, is_inside ? bound : std::min(bound, band));
-                grid.values.push_back(Number(is_inside ? -distance : distance));
-                bound = is_inside || distance < band ? (distance + spacing) * (1 + 1e-9)
-                                                     : std::numeric_limits<double>::infinity();
+        for (int j = 0; j < grid.nodes[1]; ++j)
+            for (int k = 0; k < grid.nodes[2]; k += lanes) {
+                Vec<double, 3> x[lanes];
+                Vec<P, 3> in_lanes{};
+                for (int lane = 0; lane < lanes; ++lane) {
+                    const int node = std::min(k + lane, grid.nodes[2] - 1);
+                    x[lane] = grid.lower + Vec<double, 3>{double(i), double(j), double(node)} * spacing;
+                }
+                for (int a = 0; a < 3; ++a) in_lanes[a] = from_lanes<P>([&](int lane) { return x[lane][a]; });
+                const P distance = nearest.distances(in_lanes);
+                for (int lane = 0; lane < std::min(lanes, grid.nodes[2] - k); ++lane)
+                    grid.values.push_back(Number(inside(x[lane]) ? -distance[lane] : distance[lane]));
             }
-        }
     return std::make_shared<const DistanceNumbers<Number, 3>>(std::move(grid));
 }
 

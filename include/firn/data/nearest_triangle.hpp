@@ -1,6 +1,7 @@
 /// \file Computes the distance from a point to the nearest triangle of a mesh, with a tree of bounding boxes.
 #pragma once
 
+#include <firn/core/lanes.hpp>
 #include <firn/data/mesh.hpp>
 
 #include <algorithm>
@@ -12,29 +13,31 @@ namespace detail {
 
 using Corners = std::array<Vec<double, 3>, 3>;
 
-inline double squared_distance_to_segment(const Vec<double, 3>& x, const Vec<double, 3>& a, const Vec<double, 3>& b) {
-    const auto along = b - a, from_a = x - a;
-    const double length2 = dot(along, along);
-    const double t = length2 > 0 ? std::clamp(dot(from_a, along) / length2, 0.0, 1.0) : 0.0;
-    const auto apart = from_a - along * t;
+template <scalar S>
+FIRN_INLINE S squared_distance_to_segment(const Vec<S, 3>& x, const Vec<double, 3>& a, const Vec<double, 3>& b) {
+    const auto along = b - a;
+    const double length2 = dot(along, along), per_length2 = length2 > 0 ? 1 / length2 : 0;
+    const Vec<S, 3> from_a = x - cast<S>(a);
+    const S t = min(max(dot(from_a, cast<S>(along)) * S(per_length2), S(0)), S(1));
+    const Vec<S, 3> apart = from_a - cast<S>(along) * t;
     return dot(apart, apart);
 }
 
 /// Returns the squared distance [m²] from the point x to a triangle: to the triangle's plane if x lies directly above
 /// or below the triangle, else to the triangle's nearest edge. A triangle with zero area is treated as its three edges.
-inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corners& corner) {
+template <scalar S>
+FIRN_INLINE S squared_distance_to_triangle(const Vec<S, 3>& x, const Corners& corner) {
     const auto [a, b, c] = corner;
     const auto normal = cross(b - a, c - a);
     const double area2 = dot(normal, normal);
-    const auto is_left_of = [&](const auto& from, const auto& to) {
-        return dot(cross(to - from, x - from), normal) >= 0;
-    };
-    if (area2 > 0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)) {
-        const double height = dot(x - a, normal);
-        return height * height / area2;
-    }
-    return std::min({squared_distance_to_segment(x, a, b), squared_distance_to_segment(x, b, c),
-                     squared_distance_to_segment(x, c, a)});
+    const S to_edges = min(min(squared_distance_to_segment(x, a, b), squared_distance_to_segment(x, b, c)),
+                           squared_distance_to_segment(x, c, a));
+    if (!(area2 > 0)) return to_edges;
+    const auto left_of = [&](const auto& from, const auto& to)
+                             FIRN_LAMBDA { return dot(x - cast<S>(from), cast<S>(cross(normal, to - from))); };
+    const S height = dot(x - cast<S>(a), cast<S>(normal));
+    const auto is_above = min(min(left_of(a, b), left_of(b, c)), left_of(c, a)) >= S(0);
+    return select(is_above, height * height * S(1 / area2), to_edges);
 }
 
 }  // namespace detail
@@ -57,6 +60,14 @@ public:
         double nearest = bound * bound;
         search(0, x, nearest);
         return nearest < bound * bound ? std::sqrt(nearest) : bound;
+    }
+    /// Returns the distances [m] from several points, which lie in the lanes of x [m], to their nearest triangles. If
+    /// the points lie near each other, this takes little longer than for one of them.
+    template <scalar S>
+    S distances(const Vec<S, 3>& x) const {
+        S nearest(std::numeric_limits<double>::infinity());
+        search(0, x, nearest);
+        return sqrt(nearest);
     }
 
 private:
@@ -93,31 +104,33 @@ private:
         build(middle, last);
     }
 
-    static double squared_distance_to_box(const Vec<double, 3>& x, const Bounds<3>& box) {
-        double sum = 0;
+    template <scalar S>
+    static S squared_distance_to_box(const Vec<S, 3>& x, const Bounds<3>& box) {
+        S sum(0);
         for (int a = 0; a < 3; ++a) {
-            const double over = std::max({box.lower[a] - x[a], x[a] - box.upper[a], 0.0});
-            sum += over * over;
+            const S over = max(max(S(box.lower[a]) - x[a], x[a] - S(box.upper[a])), S(0));
+            sum = sum + over * over;
         }
         return sum;
     }
 
-    void search(std::size_t of, const Vec<double, 3>& x, double& nearest) const {
+    template <scalar S>
+    void search(std::size_t of, const Vec<S, 3>& x, S& nearest) const {
         const Box& box = boxes_[of];
         if (box.second == 0) {
             for (std::size_t t = box.first; t < box.last; ++t)
-                nearest = std::min(nearest, detail::squared_distance_to_triangle(x, triangles_[t]));
+                nearest = min(nearest, detail::squared_distance_to_triangle(x, triangles_[t]));
             return;
         }
         std::size_t near = of + 1, far = box.second;
-        double to_near = squared_distance_to_box(x, boxes_[near].bounds),
-               to_far = squared_distance_to_box(x, boxes_[far].bounds);
-        if (to_far < to_near) {
+        S to_near = squared_distance_to_box(x, boxes_[near].bounds),
+          to_far = squared_distance_to_box(x, boxes_[far].bounds);
+        if (lane_value(to_far, 0) < lane_value(to_near, 0)) {
             std::swap(near, far);
             std::swap(to_near, to_far);
         }
-        if (to_near < nearest) search(near, x, nearest);
-        if (to_far < nearest) search(far, x, nearest);
+        if (any(to_near < nearest)) search(near, x, nearest);
+        if (any(to_far < nearest)) search(far, x, nearest);
     }
 
     std::vector<detail::Corners> triangles_;

@@ -88,17 +88,14 @@ bool reaches_block(const Boundary& boundary, const SparseGrid<S, D>& grid, std::
 /// Returns a set of bits, one for each node of block b on which surfaces of a boundary may act.
 /// \param boundary  in double
 template <std::floating_point S, int D, class Boundary>
-std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, const Boundary& boundary, double dt) {
+std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, const Boundary& boundary) {
     std::uint64_t bits = 0;
     for (int node = 0; node < block_nodes<D>; ++node) {
         if (!(grid.nodes(b)[node * node_width + node_mass] >= std::numeric_limits<S>::min())) continue;
         bool takes_part = false;
-        const auto look = [&](const Vec<double, D>&) {
-            takes_part = true;
-            return std::numeric_limits<double>::infinity();  // the surface does not act
-        };
-        const ActByGap<D, decltype(look)> act{grid.domain().cell_size, dt, look};
-        velocity_by_gap<Boundary, D>(boundary, node_position(grid, b, node), Vec<double, D>::zero(), act, AnySurface{});
+        const NoteSurface<D> note{grid.domain().cell_size, takes_part};
+        const Vec<double, D> v = Vec<double, D>::zero();
+        velocity_by_gap<Boundary, D>(boundary, node_position(grid, b, node), v, note, AnySurface{});
         bits |= std::uint64_t(takes_part) << node;
     }
     return bits;
@@ -248,7 +245,7 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
     }
     parallel_region(threads, [&] {
         const auto look = [&](std::size_t i, int) {
-            memory.nodes[i] = detail::nodes_of_boundary(grid, places[i].block, exact, dt);
+            memory.nodes[i] = detail::nodes_of_boundary(grid, places[i].block, exact);
             memory.near().mark_around(places[i].near, memory.nodes[i]);
         };
         parallel_for(places.size(), threads, look, 4);

@@ -154,12 +154,13 @@ public:
     /// \param threads                  number of threads; 0: the number that thread_count() returns
     /// \throws particle_error   if a position or radius is not finite, if a radius is negative, or if there are
     ///                          ContactTable::most_points or more points
-    /// \throws parameter_error  if check() throws it, if an excluded pair names a point that does not exist, or if
-    ///                          restitution_of_surfaces is not from 0 to 1
+    /// \throws parameter_error  if check() or check_distances() throws it, if an excluded pair names a point that does
+    ///                          not exist, or if restitution_of_surfaces is not from 0 to 1
     template <class B>
     void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         check();
         check_restitution(restitution_of_surfaces);
+        check_distances(points, boundary);
         threads = thread_count(threads);
         excluded_.prepare(points.size());
         grid_.build(points, threads);

@@ -8,6 +8,9 @@
 #include <firn/lagrangian/impact.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 
+#include <algorithm>
+#include <limits>
+
 namespace firn {
 
 /// Applies the contact of one point with the surfaces of a boundary, one surface after another.
@@ -36,13 +39,29 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
     });
 }
 
+/// Checks that a boundary knows distances from its surfaces up to the radius of every point.
+/// \throws parameter_error  if it does not. \see exact_up_to
+template <std::floating_point S, int D, class B>
+void check_distances(const PointMasses<S, D>& points, const B& boundary) {
+    const double known = exact_up_to(boundary);
+    if (known == std::numeric_limits<double>::infinity() || points.size() == 0) return;
+    const double largest = *std::max_element(points.radius.begin(), points.radius.end());
+    if (!(largest <= known))
+        throw parameter_error(sentence("A point has a radius of ", largest,
+                                       " m, and a shape of the boundary knows distances up to ", known,
+                                       " m only: the point would touch surfaces that are far away. Store distances up "
+                                       "to ",
+                                       largest, " m (a wider band)."));
+}
+
 /// Applies the contact of all points with the surfaces of a boundary; pinned points do not change. A point of radius 0
 /// touches a surface when it is inside the solid.
 /// \param points       the points; their positions and velocities are changed in place
 /// \param boundary     a boundary with scalar type S and a member function surfaces(), see has_surfaces
 /// \param restitution  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
 /// \param threads      number of threads; 0: the number that thread_count() returns
-/// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() throws it
+/// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() or check_distances() throws
+/// it
 template <std::floating_point S, int D, class B>
 void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitution = 0, int threads = 0) {
     static_assert(has_surfaces<with_scalar_t<B, S>, S, D>,
@@ -50,6 +69,7 @@ void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitut
                   "firn/boundary/concept.hpp.");
     check_restitution(restitution);
     check_boundary(boundary);
+    check_distances(points, boundary);
     const auto lifted = lift<S>(boundary);
     parallel_for(
         points.size(), thread_count(threads),

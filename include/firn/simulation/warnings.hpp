@@ -12,6 +12,7 @@
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/fracture.hpp>
 #include <firn/simulation/slow_strain.hpp>
+#include <firn/simulation/solid_warnings.hpp>
 #include <firn/simulation/walls_between_nodes.hpp>
 #include <firn/sort/radix_sort.hpp>
 
@@ -336,17 +337,19 @@ public:
         if (!text.empty() && speaks) warn(text);
     }
     /// Gives warnings before the first step: if positions have too few digits, if walls do not coincide with the faces
-    /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, or if bodies
-    /// overlap.
+    /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, if bodies
+    /// overlap, or if solids are thin or cap their distances.
+    /// \param has_groups  whether matter may be in contact groups
     /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
     template <class Sets, int D, class Boundary, class Warn, class Ranks>
-    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn,
-                  const Ranks& ranks) {
+    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, bool has_groups,
+                  const Warn& warn, const Ranks& ranks) {
         if (!warn || started_) return;
         started_ = true;
         for (const std::string& here : {few_digits<typename std::tuple_element_t<0, Sets>::S>(domain),
                                         other_walls(boundary, domain), walls_between_nodes(boundary, domain),
-                                        matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
+                                        matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets),
+                                        thin_solids(boundary, domain, has_groups), capped_distances(boundary, domain)})
             if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
     }
 

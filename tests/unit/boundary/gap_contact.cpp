@@ -154,6 +154,53 @@ TEST_CASE("Walls by the gap act at the nodes on and behind a face, colliders in 
     CHECK(parts == std::vector<int>{2});
 }
 
+TEST_CASE("By the gap, nodes in and behind a thin solid act by the face that matter touches") {
+    // A plate of 0.8 cells, moving to the left at 1 m/s; matter to the right of it, from its face to 1.5 cells from the
+    // node. Of nodes behind the plate, the left face is nearer: matter would have to stay to the left of it.
+    Collider<Box<double, 2>> plate{.shape = {{0.4 * h, 1}}};
+    plate.linear_velocity = {-1, 0};
+    const auto here = plate.on_grid(h);
+    const auto after = [&](double node, double face, const Vec<double, 2>& v) {
+        const auto nearest = [&](const Vec<double, 2>& n) {
+            return std::min(n[0] * (face - node), n[0] * 1.5 * h) - std::abs(n[1]) * 1.5 * h;
+        };
+        return here.velocity_by_gap(NoOthers{}, {node, 0.0}, v, ActByGap<2, decltype(nearest)>{h, dt, nearest});
+    };
+    for (const double cells : {0.35, 0.1, -0.1, -0.35, -0.7, -1.05}) {
+        CAPTURE(cells);
+        const double face = 0.4 * h;
+        CHECK(after(cells * h, face, {0, 3})[0] == 0);  // rests while the plate leaves
+        CHECK(after(cells * h, face, {0, 3})[1] == 3);
+        CHECK(after(cells * h, face, {-2, 3})[0] == Approx(-1));             // is pushed
+        CHECK(after(cells * h, face + 0.5e-3, {-2, 3})[0] == Approx(-1.5));  // comes nearer by the gap
+    }
+}
+
+/// The solid outside of a notch of 60°.
+template <scalar S, int D>
+struct Notch {
+    S unused = S(1);
+    static constexpr const char* name = "notch";
+    static constexpr auto parameters() { return std::tuple{parameter{"unused", "1", &Notch::unused}}; }
+    static Vec<S, D> face(int side) { return {side == 0 ? S(1) : S(-0.5), side == 0 ? S(0) : S(std::sqrt(0.75))}; }
+    S signed_distance(const Vec<S, D>& x) const { return min(dot(face(0), x), dot(face(1), x)); }
+};
+
+TEST_CASE("By the gap, the other face of a notch is not taken for the one that matter touches") {
+    const auto solid = Collider<Notch<double, 2>>{}.on_grid(h);
+    // Behind the first face by 0.2 cells, before the second by 0.6. Matter overlaps the first face, not the second, but
+    // its middle is nearer to the second.
+    const Vec<double, 2> n = Notch<double, 2>::face(0), other = Notch<double, 2>::face(1);
+    const Vec<double, 2> x = Vec<double, 2>{-0.2, (0.6 - 0.1) / std::sqrt(0.75)} * h;
+    REQUIRE(dot(other, x) == Approx(0.6 * h));
+    const auto nearest = [&](const Vec<double, 2>& along) {
+        return dot(along, n) > 0.9 ? 0.0 : dot(along, n) < -0.9 ? -1.4 * h : -0.5 * h;
+    };
+    const auto after = solid.velocity_by_gap(NoOthers{}, x, {-1, 0}, ActByGap<2, decltype(nearest)>{h, dt, nearest});
+    CHECK(after[0] == Approx(0).margin(1e-12));
+    CHECK(after[1] == Approx(0).margin(1e-12));
+}
+
 TEST_CASE("GapContact forwards what a boundary knows") {
     auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::slip, 0.25});
     walls.nodes_behind = NodesBehind::mirrored;

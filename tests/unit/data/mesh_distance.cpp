@@ -7,6 +7,7 @@
 #include "support/random_numbers.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/data/mesh_distance.hpp>
 
@@ -73,30 +74,40 @@ TEST_CASE("the tree finds the distance of the nearest triangle", "[data][mesh_di
                                             mesh.vertices[std::size_t(k)]}));
         CHECK(nearest.distance(x) == Approx(std::sqrt(least)).epsilon(1e-14));  // rounding of the tree's boxes
         CHECK(nearest.distance(x, 0.1) == Approx(std::min(std::sqrt(least), 0.1)).epsilon(1e-14));
+        // Several points at once: near each other, as neighbouring nodes, and far apart.
+        using P = native_pack<double>;
+        const double apart = trial % 2 == 0 ? 0.01 : 1;
+        Vec<double, 3> points[scalar_traits<P>::lanes];
+        Vec<P, 3> in_lanes{};
+        for (auto& point : points) point = x + random.vector<3>(-apart, apart);
+        for (int a = 0; a < 3; ++a) in_lanes[a] = from_lanes<P>([&](int lane) { return points[lane][a]; });
+        const P distances = nearest.distances(in_lanes);
+        for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane)
+            CHECK(distances[lane] == Approx(nearest.distance(points[lane])).epsilon(1e-14));
     }
 }
 
-TEST_CASE("nodes have the distance of the mesh, with its sign, to the end of the band outside",
-          "[data][mesh_distance]") {
+TEST_CASE("nodes have the distance of the mesh, with its sign, also beyond the band", "[data][mesh_distance]") {
     const auto mesh = test_meshes::box({-0.2, -0.3, -0.1}, {0.2, 0.3, 0.1});
     const auto numbers = mesh_distance<double>(mesh, {.spacing = 0.03, .band = 0.1});
     const Box<double, 3> box{{0.2, 0.3, 0.1}};
-    std::size_t at = 0, inside = 0, ended = 0;
+    std::size_t at = 0, inside = 0, beyond = 0;
     for (int i = 0; i < numbers->nodes[0]; ++i)
         for (int j = 0; j < numbers->nodes[1]; ++j)
             for (int k = 0; k < numbers->nodes[2]; ++k, ++at) {
                 const auto x = numbers->lower + Vec<double, 3>{double(i), double(j), double(k)} * numbers->spacing;
                 const double distance = box.signed_distance(x);
-                REQUIRE(std::abs(numbers->values[at] - std::min(distance, 0.1)) <= 1e-12);
+                REQUIRE(std::abs(numbers->values[at] - distance) <= 1e-12);
                 inside += distance < 0;
-                ended += distance >= 0.1;
+                beyond += distance > 0.11;
                 const bool at_end = i == 0 || j == 0 || k == 0 || i + 1 == numbers->nodes[0] ||
                                     j + 1 == numbers->nodes[1] || k + 1 == numbers->nodes[2];
-                if (at_end) REQUIRE(numbers->values[at] == Approx(0.1).epsilon(1e-12));
+                if (at_end) REQUIRE(numbers->values[at] >= 0.1 * (1 - 1e-12));
             }
     CHECK(at == numbers->values.size());
     CHECK(inside > 500);
-    CHECK(ended > 500);
+    CHECK(beyond > 500);
+    CHECK(numbers->exact_up_to == std::numeric_limits<double>::infinity());
     // A mesh turned inside out is the same solid.
     const auto turned = mesh_distance<double>(reversed(mesh), {.spacing = 0.03, .band = 0.1});
     REQUIRE(turned->values.size() == numbers->values.size());
@@ -137,10 +148,92 @@ TEMPLATE_TEST_CASE("outside of its box, a grid's distance goes on; its normal po
     const double beyond = shape.signed_distance({S(0.9), S(0), S(0)});
     CHECK(beyond == Approx(0.8).epsilon(1e-5));
     CHECK(shape.normal({S(0.9), S(0), S(0)})[0] == Approx(1));
-    CHECK(shape.signed_distance({S(-3), S(-3), S(0)}) == Approx(0.1 + std::sqrt(2.0) * 2.8).epsilon(0.02));
-    CHECK(std::abs(norm(shape.normal({S(-3), S(-3), S(0)})) - 1) <= 1e-6);
+    CHECK(shape.signed_distance({S(-3), S(-3), S(0)}) == Approx(std::sqrt(2.0) * 2.9).epsilon(0.01));  // to an edge
+    CHECK(norm(shape.normal({S(-3), S(-3), S(0)}) + Vec<S, 3>{1, 1, 0} * S(std::sqrt(0.5))) <= 1e-4);
     // What is no number gives no memory that is not the grid's.
     CHECK_FALSE(shape.signed_distance({S(std::nan("")), S(0), S(0)}) <= 0);
+}
+
+/// An octahedron: the corners of its bounding box are far from its faces.
+TriangleMesh octahedron(double r) {
+    TriangleMesh mesh{{{r, 0, 0}, {-r, 0, 0}, {0, r, 0}, {0, -r, 0}, {0, 0, r}, {0, 0, -r}}, {}};
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    return mesh;
+}
+
+TEST_CASE("outside of its box, a grid's distance is nearly that of the mesh, and its normal, too",
+          "[data][mesh_distance]") {
+    // The docstring of DistanceGrid has these figures: mean errors of 0.2 % and 3°, 1 % and 6°.
+    const double spacing = 0.01;
+    const Mat<double, 3> turn = rotation({1, 2, 3}, 0.7);
+    for (const TriangleMesh& mesh : {octahedron(0.3), rotated(octahedron(0.3), turn),
+                                     rotated(test_meshes::box({-0.3, -0.2, -0.25}, {0.3, 0.2, 0.25}), turn)}) {
+        const DistanceGrid<double, 3, double> shape{mesh_distance<double>(mesh, {.spacing = spacing})};
+        const NearestTriangle exact(mesh);
+        const auto& grid = *shape.numbers;
+        Vec<double, 3> upper{};
+        for (int a = 0; a < 3; ++a) upper[a] = grid.lower[a] + (grid.nodes[std::size_t(a)] - 1) * spacing;
+        for (const double far : {3.0, 10.0}) {
+            Random random(66);
+            double worst = 0, mean = 0, mean_angle = 0;
+            int count = 0;
+            while (count < 2000) {
+                Vec<double, 3> x{}, p{};
+                for (int a = 0; a < 3; ++a) {
+                    x[a] = random.uniform(grid.lower[a] - far * spacing, upper[a] + far * spacing);
+                    p[a] = std::clamp(x[a], grid.lower[a], upper[a]);
+                }
+                if (x == p) continue;
+                ++count;
+                const double distance = shape.signed_distance(x), truth = exact.distance(x);
+                const double beyond = norm(x - p), at_box = exact.distance(p);
+                // Between the two bounds; interpolation may be off by half of uncertainty().
+                REQUIRE(distance >= std::hypot(beyond, at_box) - 0.5 * shape.uncertainty());
+                REQUIRE(distance <= beyond + at_box + 0.5 * shape.uncertainty());
+                Vec<double, 3> normal{};
+                for (int a = 0; a < 3; ++a) {
+                    Vec<double, 3> step{};
+                    step[a] = 1e-6;
+                    normal[a] = (exact.distance(x + step) - exact.distance(x - step)) / 2e-6;
+                }
+                worst = std::max(worst, std::abs(distance / truth - 1));
+                mean += std::abs(distance / truth - 1) / 2000;
+                mean_angle += std::acos(std::min(dot(shape.normal(x), normal), 1.0)) / 2000;
+            }
+            CAPTURE(far, worst, mean, mean_angle * 57.3);
+            CHECK(worst < (far == 3 ? 0.04 : 0.09));
+            CHECK(mean < (far == 3 ? 0.0025 : 0.0145));
+            CHECK(mean_angle * 57.3 < (far == 3 ? 3.5 : 8));
+        }
+    }
+}
+
+TEST_CASE("a node far from a mesh is free for any spacing, and another solid's normal does not know of the mesh",
+          "[data][mesh_distance]") {
+    // Nodes outside of the band stored its width: with a spacing of half a cell or less, the whole box was solid.
+    const double h = 1.0 / 64;
+    using Solid = Collider<DistanceGrid<float, 3>>;
+    const Collider<Sphere<float, 3>> ball{.shape = {.05F}, .position = {.22, .22, .22}};
+    for (const double cells : {2.0, 1.0, 0.5, 0.25}) {
+        CAPTURE(cells);
+        const Solid solid{.shape = {mesh_distance(octahedron(0.3), {.spacing = cells * h})}};
+        const Solid here = solid.on_grid(h);
+        const Vec<float, 3> v{0.3F, -1, 0.2F};
+        Random random(67);
+        int free = 0;
+        for (int trial = 0; trial < 2000; ++trial) {
+            const Vec<double, 3> x = random.vector<3>(-0.4, 0.4);
+            const double distance = (std::abs(x[0]) + std::abs(x[1]) + std::abs(x[2]) - 0.3) / std::sqrt(3.0);
+            // The interpolant is off by up to spacing²/8 × curvature, at edges by up to a spacing.
+            if (distance < (1.5 + cells) * h) continue;
+            REQUIRE(here.velocity(cast<float>(x), v) == v);
+            ++free;
+        }
+        CHECK(free > 500);
+        const Vec<float, 3> x{.22F + .055F, .22F, .22F}, into{-1, 0, 0};  // beside the ball, 15 cells from the mesh
+        CHECK(norm(Together(solid, ball).on_grid(h).velocity(x, into) - ball.on_grid(h).velocity(x, into)) < 1e-6F);
+        CHECK(norm(Together(ball, solid).on_grid(h).velocity(x, into) - ball.on_grid(h).velocity(x, into)) < 1e-6F);
+    }
 }
 
 TEST_CASE("lanes of a register look up what one number alone does", "[data][mesh_distance]") {
@@ -171,13 +264,17 @@ TEST_CASE("lanes of a register look up what one number alone does", "[data][mesh
     };
     compare(0.0F);
     compare(0.0);
-    // And a dual number's derivative is the gradient.
+    // And a dual number's derivative is the gradient, inside and outside of the box.
     const DistanceGrid<double, 3, double> shape{
         mesh_distance<double>(test_meshes::sphere({0, 0, 0}, 0.3, 2), {.spacing = 0.05})};
     const auto with = shape.lifted<dual<double>>().signed_distance({dual<double>(0.21, 1), {0.1, 0.0}, {-0.2, 0.0}});
     const double quotient =
         (shape.signed_distance({0.21 + 1e-6, 0.1, -0.2}) - shape.signed_distance({0.21 - 1e-6, 0.1, -0.2})) / 2e-6;
     CHECK(with.derivative == Approx(quotient).epsilon(1e-6));
+    const auto outside = shape.lifted<dual<double>>().signed_distance({dual<double>(0.61, 1), {0.1, 0.0}, {-0.2, 0.0}});
+    const double quotient_outside =
+        (shape.signed_distance({0.61 + 1e-6, 0.1, -0.2}) - shape.signed_distance({0.61 - 1e-6, 0.1, -0.2})) / 2e-6;
+    CHECK(outside.derivative == Approx(quotient_outside).epsilon(1e-6));
     CHECK(shape.lifted<strict<double>>().signed_distance({0.21, 0.1, -0.2}).value ==
           Approx(shape.signed_distance({0.21, 0.1, -0.2})));
 }

@@ -6,8 +6,11 @@
 #include <firn/boundary/shapes.hpp>
 #include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
+#include <firn/data/mesh_distance.hpp>
 #include <firn/lagrangian/surface_contact.hpp>
 #include <firn/stage/grid_update.hpp>
+
+#include "../data/meshes.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -270,6 +273,41 @@ TEST_CASE("surface contact: points in float follow a boundary in double, the sam
         REQUIRE(norm(x - Vec<float, 3>{{0.5f, 0.5f, 0.5f}}) > 0.2f + 0.0199f);
         for (int a = 0; a < 3; ++a) REQUIRE(std::abs(x[a] - 0.5f) < 0.4801f);
     }
+}
+
+TEST_CASE("surface contact: balls larger than the band of a mesh's grid meet the mesh, and not the grid's box",
+          "[lagrangian]") {
+    // Nodes outside of the band stored its width, 0.06 m: every ball of 0.1 m in the grid's box touched something.
+    const double radius = 0.1;
+    const auto mesh = test_meshes::sphere({0, 0, 0}, 0.6, 4);
+    const Collider<DistanceGrid<double, 3>> solid{.shape = {mesh_distance(mesh, {.spacing = 0.02})}};
+    Random random(4);
+    int touched = 0;
+    for (int trial = 0; trial < 3000; ++trial) {
+        const Vec<double, 3> outwards = random.direction<3>();
+        const double gap = random.uniform(-0.08, 0.5);  // to the ball of radius 0.6, 0.8 mm around the mesh
+        if (std::abs(gap) < 0.006) continue;
+        auto points = PointMasses<double, 3>();
+        points.add({.position = outwards * (0.6 + radius + gap), .velocity = -outwards, .radius = radius});
+        meet_surfaces(points, solid);
+        CAPTURE(trial, gap);
+        if (gap > 0) {
+            REQUIRE(points.velocity[0] == -outwards);
+        } else {
+            REQUIRE(norm(points.velocity[0]) < 0.1);  // what slides along the surface
+            REQUIRE(norm(points.position[0]) == Approx(0.6 + radius).epsilon(0.01));
+            ++touched;
+        }
+    }
+    CHECK(touched > 200);
+    // On a flat face, to the digit.
+    const Collider<DistanceGrid<double, 3>> table{
+        .shape = {mesh_distance<float>(test_meshes::box({-0.5, -0.25, -0.5}, {0.5, 0, 0.5}), {.spacing = 0.02})}};
+    auto points = PointMasses<double, 3>();
+    points.add({.position = {0.1, 0.05, 0.2}, .velocity = {0, -1, 0}, .radius = radius});
+    meet_surfaces(points, table);
+    CHECK(points.position[0][1] == Approx(radius * (1 - contact_slack)).epsilon(1e-6));
+    CHECK(points.velocity[0][1] == Approx(0).margin(1e-6));
 }
 
 }  // namespace surface_contact_tests
