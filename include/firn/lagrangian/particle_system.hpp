@@ -310,14 +310,17 @@ private:
             check_finite(dt);
             kick(dt);
             if (collisions) {
-                collisions->find(points, boundary, restitution, threads);
+                collisions->find(points, boundary, restitution, threads, approach(now_.last_time_step, -dt / 2));
                 collisions->change_velocities(points, threads);
             }
-            drift(dt);
-            if (constraints.size() > 0) keep_distances(dt);
+            if (constraints.size() > 0)
+                keep_distances(dt);
+            else
+                drift(dt);
             boundary = advanced(boundary, dt);
             if (collisions) collisions->shift(points, threads);
-            if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
+            if constexpr (!std::same_as<Boundary, NoBoundary>) 
+                meet_surfaces(points, boundary, restitution, threads, approach(dt, dt / 2));
             is_overlong = constraints.is_overlong(points.position, threads);
             for (const auto& force : forces_)
                 is_overlong = is_overlong || force.is_overlong(points.view(now_.time), threads);
@@ -340,8 +343,9 @@ private:
                         " s of the springs and dampers at step ", now_.steps, "; points may fly apart.");
     }
 
-    FIRN_INLINE static S total(const Vec<S, D>& a) {
-        S sum = a[0];
+    template <class T>
+    FIRN_INLINE static T total(const Vec<T, D>& a) {
+        T sum = a[0];
         unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
         return sum;
     }
@@ -351,9 +355,9 @@ private:
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // stays 0 if all components are finite; 0 times infinity or NaN is NaN
+            double all = 0;  // stays 0 if all components are finite; 0 times infinity or NaN is NaN
             for (std::size_t i = first; i < last; ++i)
-                all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
+                all += (total(points.position[i]) + double(total(points.velocity[i]) + total(force_[i]))) * 0.0;
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
@@ -396,32 +400,49 @@ private:
         });
     }
 
+    /// Returns how the points have come to their positions, see Approach.
+    auto approach(double step, double lag) const {
+        const auto acceleration = [this, g = cast<S>(gravity)](std::size_t i) FIRN_LAMBDA {
+            return g + force_[i] * points.inverse_mass[i];
+        };
+        return Approach<decltype(acceleration)>{step, lag, acceleration};
+    }
+
+    /// Moves the points by their velocities.
     void drift(double dt) {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;
+            double all = 0;
             for (std::size_t i = first; i < last; ++i) {
-                points.position[i] += points.velocity[i] * S(dt);
-                all += total(points.position[i]) * S(0);
+                points.position[i] += cast<double>(points.velocity[i]) * dt;
+                all += total(points.position[i]) * 0.0;
             }
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, half_way);
     }
 
+    /// Moves the points by their velocities and by the constraints, which change the velocities, too.
     void keep_distances(double dt) {
-        renew(moved_, points.size(), thread_count(threads));
-        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            std::copy(points.position.data() + first, points.position.data() + last, moved_.data() + first);
-        });
-        constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
-        const S per_dt = S(1 / dt);
+        for (auto* way : {&moved_, &free_}) renew(*way, points.size(), thread_count(threads));
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             S all = 0;
             for (std::size_t i = first; i < last; ++i) {
-                points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
-                all += total(points.velocity[i]) * S(0);
+                moved_[i] = free_[i] = points.velocity[i] * S(dt);
+                all += total(moved_[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
+        });
+        if (!wrong)  // else no point shall spoil others
+            constraints.solve(points.position, moved_, points.inverse_mass, dt, iterations, threads);
+        const S per_dt = S(1 / dt);
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            double all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.position[i] += cast<double>(moved_[i]);
+                points.velocity[i] += (moved_[i] - free_[i]) * per_dt;
+                all += (total(points.position[i]) + double(total(points.velocity[i]))) * 0.0;
             }
             if (!(all == 0)) wrong = true;
         });
@@ -476,7 +497,8 @@ private:
     std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
     std::vector<Torn> torn_;
-    aligned_vector<Vec<S, D>> force_, moved_;
+    aligned_vector<Vec<S, D>> force_;         // on each point [N]
+    aligned_vector<Vec<S, D>> moved_, free_;  // displacement of each point in the step, with and without constraints [m]
     double largest_step_ = 0, warned_ratio_ = 1;
 };
 
