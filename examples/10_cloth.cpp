@@ -48,8 +48,8 @@ void cut(firn::Net<D>& net, std::size_t cells, double length) {
 double stretch(const System& system) {
     double most = 0;
     for (const auto& each : system.constraints.all())
-        most = std::max(most, double(norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
-                                     each.rest));
+        most = std::max(most, norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
+                                  double(each.rest));
     return most;
 }
 

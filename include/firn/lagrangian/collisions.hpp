@@ -478,10 +478,11 @@ private:
         distance.store(block.distance);
         const P rate = dot(v.vector - v_other.vector, normal);
         if constexpr (Rebounds) {
-            const PV a = load(a_.data(), block.own).vector - load(a_.data(), block.other).vector;
-            const Rebound<P> after = rebound(max(P::load(overlap), P(0)), rate, dot(a, normal), P(times.lag),
-                                             P(times.step), P::load(e));
-            const auto comes = rate < P(0);
+            const PV a = load(a_.data(), block.own).vector, a_other = load(a_.data(), block.other).vector;
+            const Rebound<P> after = rebound(max(P::load(overlap), P(0)), rate, dot(a - a_other, normal),
+                                             P(times.lag), P(times.step), P::load(e));
+            // A point that others support falls towards them with its whole acceleration in every step, and rests.
+            const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * P(times.step);
             select(comes, after.leaving, P(0)).store(block.leaving);
             select(comes, after.since, P(0)).store(block.since);
         } else {

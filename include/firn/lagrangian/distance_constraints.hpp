@@ -76,6 +76,11 @@ public:
     /// must be above 1; infinite: constraints never tear. It does not hold for constraints with a tear factor of their
     /// own, see ConstraintOptions::tear_factor. \see ParticleSystem::tear
     double tear_factor = std::numeric_limits<double>::infinity();
+    /// A system warns once if its iterations leave constraints with errors above these; infinite: never.
+    /// @{
+    double rigid_tolerance = 1e-3;      ///< Of constraints without compliance: see ConstraintErrors::rigid [1].
+    double compliant_tolerance = 0.02;  ///< Of constraints with compliance: see ConstraintErrors::compliant [1].
+    /// @}
 
     using Constraint = DistanceConstraint<S>;  ///< A constraint: two points and their distance at rest.
 
@@ -102,7 +107,7 @@ public:
         all_.push_back({ends, S(rest)});
         solver_.add(S(rest), S(options.compliance), S(options.relaxation));
         origin_.push_back({added_++, kind});
-        ordered_ = are_counted_ = false;
+        ordered_ = are_counted_ = is_solved_ = false;
     }
     /// Adds a constraint for each link of a net. The length at rest is the length of the link in the net.
     /// \param net      the net
@@ -152,6 +157,7 @@ public:
                                            " s: give one displacement and one inverse mass per point, 0 or more "
                                            "iterations, and a positive step."));
         detail::check_tear_factor(tear_factor);
+        is_solved_ = false;
         if (size() == 0 || iterations == 0) return;
         prepare(points);
         solver_.begin(all_, start, moved, inverse_mass, dt, threads);
@@ -162,7 +168,22 @@ public:
                 iterate(threads);
         }
         solver_.end(moved, threads);
+        is_solved_ = true;
     }
+    /// Returns the errors that the last call of solve() has left, at its last iteration. If there was no iteration, or
+    /// if constraints were added or removed since then, returns no errors.
+    /// \param threads  number of threads; 0: the number that thread_count() returns
+    ConstraintErrors errors(int threads = 0) const {
+        ConstraintErrors sum;
+        if (!is_solved_) return sum;
+        std::vector<ConstraintErrors> parts((size() + detail::at_once - 1) / detail::at_once);
+        detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+            parts[first / detail::at_once] = solver_.errors_of(all_, first, last);
+        });
+        for (const ConstraintErrors& part : parts) sum.add(part);
+        return sum;
+    }
+
     /// Moves points that are at rest until the call, so that the length of each constraint approaches its length at
     /// rest.
     /// \param position  position of each point [m], changed in place; the other parameters are those of solve() above
@@ -403,7 +424,7 @@ private:
         solver_.shrink(to);
         factors_.shrink(to);
         origin_.resize(to);
-        are_counted_ = false;
+        are_counted_ = is_solved_ = false;
         incidence_.clear();
         find_colours();
     }
@@ -416,7 +437,7 @@ private:
     Incidence incidence_;
     aligned_vector<Vec<S, D>> impulses_;  // one per constraint, for ConstraintUpdate::averaged
     std::uint32_t added_ = 0;
-    bool ordered_ = false, are_counted_ = false;
+    bool ordered_ = false, are_counted_ = false, is_solved_ = false;
     std::size_t checked_for_ = 0;  // number of points when the constraints' point indices were last checked
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };

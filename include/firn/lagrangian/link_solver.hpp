@@ -23,6 +23,7 @@
 #include <firn/core/pack.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/data/aligned.hpp>
+#include <firn/lagrangian/constraint_errors.hpp>
 #include <firn/simd/transpose.hpp>
 
 #include <algorithm>
@@ -156,6 +157,36 @@ public:
     /// fraction to what has been applied. The points do not move.
     V impulse_of(std::size_t k, S share) {
         return with_softness([&](auto soft) FIRN_LAMBDA { return impulse_of_one<soft>(k, share); });
+    }
+
+    /// Returns the errors of links after their corrections.
+    /// \param all  the links that begin() got
+    ConstraintErrors errors_of(std::span<const Link> all, std::size_t first, std::size_t last) const {
+        ConstraintErrors sum;
+        for (std::size_t k = first; k < last; ++k) {
+            const auto [a, b] = all[k].ends;
+            const S *const qa = points_.data() + 4 * std::size_t(a), *const qb = points_.data() + 4 * std::size_t(b);
+            if (!(qa[D] + qb[D] > 0)) continue;
+            V r;
+            unroll<D>([&](auto axis) FIRN_LAMBDA { r.v[axis] = along_[axis][k] + (qb[axis] - qa[axis]); });
+            const double rest = double(rest_[k]), longer = double(norm(r)) - rest;
+            double error = longer;
+            if (compliance_[k] > 0) {
+                const double stretch = -double(compliance_[k] * per_dt2_ * unit_[k] * multiplier_[k]);
+                error = longer - stretch;
+                ++sum.compliant_count;
+                sum.compliant_squares += error * error;
+                sum.stretch_squares += stretch * stretch;
+                sum.length_squares += rest * rest;
+            } else {
+                ++sum.rigid_count;
+                sum.rigid_squares += longer * longer / (rest * rest);
+            }
+            if (!(std::abs(error) > sum.worst * rest)) continue;
+            sum.worst = std::abs(error) / rest;
+            sum.ends = {a, b};
+        }
+        return sum;
     }
 
 private:

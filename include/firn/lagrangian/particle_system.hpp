@@ -15,6 +15,7 @@
 #include <atomic>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace firn {
 
@@ -331,16 +332,18 @@ private:
         emit();
     }
 
-    /// Returns a warning if the time step dt is above stable_time_step(), otherwise an empty text. The bound
-    /// stable_time_step() is computed again every 64 steps, and after forces or points are added or removed.
+    /// Returns a warning if there is something to warn of before a step of length dt, otherwise an empty text: if the
+    /// step is above stable_time_step(), or if look_at_constraints() has found something. The bound stable_time_step()
+    /// is computed again every 64 steps, and after forces or points are added or removed.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
+        if (!to_say_.empty()) return std::exchange(to_say_, {});
         const double ratio = dt / largest_step_;  // infinite if largest_step_ is 0
         if (!(ratio >= warned_ratio_) || std::isinf(warned_ratio_)) return {};
         warned_ratio_ = 1.2 * ratio;
         if (!warn) return {};
         return sentence("the time step of ", dt, " s is ", ratio, " times the bound of ", largest_step_,
-                        " s of the springs and dampers at step ", now_.steps, "; points may fly apart.");
+                        " s of the forces at step ", now_.steps, "; points may fly apart.");
     }
 
     template <class T>
@@ -381,7 +384,7 @@ private:
             detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
             " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
             dt > largest_step_ ? sentence("The step of ", dt, " s is ", dt / largest_step_, " times the bound of ",
-                                          largest_step_, " s of the springs and dampers; take a smaller one.")
+                                          largest_step_, " s of the forces; take a smaller one.")
                                : std::string("Check the values set by hand and your own forces.")));
     }
 
@@ -434,8 +437,10 @@ private:
             }
             if (!(all == 0)) wrong = true;
         });
-        if (!wrong)  // else no point shall spoil others
+        if (!wrong) {  // else no point shall spoil others
             constraints.solve(points.position, moved_, points.inverse_mass, dt, iterations, threads);
+            look_at_constraints();
+        }
         const S per_dt = S(1 / dt);
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             double all = 0;
@@ -447,6 +452,22 @@ private:
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, half_way);
+    }
+    /// Looks, once in 32 steps, whether the iterations have solved the constraints.
+    void look_at_constraints() {
+        if (has_warned_of_constraints_ || !warn || now_.steps % 32 != 31) return;
+        const ConstraintErrors errors = constraints.errors(threads);
+        const bool of_rigid = errors.rigid() > constraints.rigid_tolerance;
+        if (!of_rigid && !(errors.compliant() > constraints.compliant_tolerance)) return;
+        has_warned_of_constraints_ = true;
+        to_say_ = sentence(
+            "at step ", now_.steps, ", ", iterations, " iterations leave ",
+            of_rigid ? sentence("rigid constraints ", errors.rigid(), " of their length too long or too short")
+                     : sentence("compliant constraints with an error of ", errors.compliant(), " of their stretch"),
+            " (root mean square; the worst, between points ", points.id[errors.ends[0]], " and ",
+            points.id[errors.ends[1]], ", by ", errors.worst,
+            " of its length). So stiffness depends on iterations and time step. Take smaller steps, or more iterations; "
+            "or set DistanceConstraints::", of_rigid ? "rigid_tolerance" : "compliant_tolerance", ".");
     }
     static constexpr const char* half_way = "The points are invalid; go on from the last state written.";
 
@@ -500,6 +521,8 @@ private:
     aligned_vector<Vec<S, D>> force_;         // on each point [N]
     aligned_vector<Vec<S, D>> moved_, free_;  // displacement of each point in the step, with and without constraints [m]
     double largest_step_ = 0, warned_ratio_ = 1;
+    bool has_warned_of_constraints_ = false;
+    std::string to_say_;  // a warning that is given before the next step
 };
 
 /// Deduces the scalar type and the dimension from a boundary, as in firn::ParticleSystem system(firn::Together(walls,
