@@ -8,6 +8,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/lagrangian/point_masses.hpp>
@@ -17,6 +18,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -68,8 +70,21 @@ public:
     std::size_t size() const { return size_; }
     /// Returns the index (into PointMasses) of the point that has the index k in the sorted order, 0 ≤ k < size().
     std::uint32_t place(std::size_t k) const { return order_[k]; }
-    /// Returns an array of the sorted points' positions when they were sorted [m], in sorted order.
-    const Place* positions() const { return positions_.data(); }
+    /// Returns the position, when the points were sorted, of the point that has the index k in the sorted order [m].
+    FIRN_INLINE Place position(std::size_t k) const {
+        Place x;
+        unroll<D>([&](auto a) FIRN_LAMBDA { x.v[a] = positions_[4 * k + a]; });
+        return x;
+    }
+    /// Writes four numbers to memory: the vector from point j to point k [m], rounded to S, then zeros. The points are
+    /// given by their indices in the sorted order.
+    FIRN_INLINE void write_vector(std::size_t j, std::size_t k, S* to) const {
+        using Row = pack<double, 4>;
+        typedef S of_four [[gnu::vector_size(4 * sizeof(S))]];
+        const Row between = Row::load(positions_.data() + 4 * k) - Row::load(positions_.data() + 4 * j);
+        const of_four rounded = __builtin_convertvector(between.lanes, of_four);
+        std::memcpy(to, &rounded, sizeof rounded);
+    }
     /// Returns an array of the sorted points' coordinates along an axis, counted from origin() and rounded to S [m], in
     /// sorted order, followed by `padding` zeros.
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
@@ -86,7 +101,7 @@ public:
         std::size_t sum = (near_.items.capacity() * 2) * sizeof(near_.items[0]) +
                           (far_.items.capacity() * 2) * sizeof(far_.items[0]) + table_.capacity() * 4 +
                           order_.capacity() * 4 + radii_.capacity() * sizeof(S) +
-                          positions_.capacity() * sizeof(Place);
+                          positions_.capacity() * sizeof(double);
         for (const auto& axis : coordinates_) sum += axis.capacity() * sizeof(S);
         return sum;
     }
@@ -274,15 +289,20 @@ private:
             renew(numbers, size_ + padding, threads);
             std::fill_n(numbers.data() + size_, padding, S(0));
         };
-        renew(positions_, size_, threads);
+        renew(positions_, 4 * size_, threads);
         renew_padded(radii_);
         for (auto& axis : coordinates_) renew_padded(axis);
         const auto copy = [&](std::size_t k, int) {
             const std::uint32_t i = sorter.items[k].number;
             order_[k] = i;
             radii_[k] = points.radius[i];
-            positions_[k] = points.position[i];
-            for (int a = 0; a < D; ++a) coordinates_[std::size_t(a)][k] = S(positions_[k][a] - from_[a]);
+            const Place& x = points.position[i];
+            double* const quad = positions_.data() + 4 * k;
+            quad[2] = quad[3] = 0;
+            for (int a = 0; a < D; ++a) {
+                quad[a] = x[a];
+                coordinates_[std::size_t(a)][k] = S(x[a] - from_[a]);
+            }
         };
         parallel_for(size_, threads, copy, 4096);
     }
@@ -311,7 +331,7 @@ private:
     RadixSort<std::uint64_t> far_;
     aligned_vector<std::uint32_t> table_;  ///< per cell: where its sorted points begin; empty for too many cells
     aligned_vector<std::uint32_t> order_;
-    aligned_vector<Place> positions_;
+    aligned_vector<double> positions_;  ///< quads (four numbers per point): the position, then zeros [m]
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;
 };

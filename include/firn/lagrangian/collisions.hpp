@@ -180,6 +180,7 @@ public:
         if (rebounds_) renew(a_, 4 * all, threads);
         renew(w_, grid_.size(), threads);
         blocks_.resize(table_.chunks.size());
+        asides_.resize(table_.chunks.size());
         phases_.assign(2, blocks_.size());
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
         const Times times{S(restitution_of_surfaces), S(approach.lag), S(approach.step)};
@@ -216,9 +217,9 @@ public:
     void change_velocities(PointMasses<S, D>& points, int threads = 0) {
         if (velocity_passes == 0) return;
         threads = thread_count(threads);
-        const auto begin = [](Block& block, const Seen&, const Seen&)
+        const auto begin = [](Block& block, const Aside&, const Seen&, const Seen&)
                                FIRN_LAMBDA { return block.vector(block.impulse) * P::load(block.mass); };
-        const auto improve = [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
+        const auto improve = [](Block& block, const Aside&, const Seen& own, const Seen& other) FIRN_LAMBDA {
             const PV normal = block.vector(block.normal), impulse = block.vector(block.impulse);
             const PV without = own.vector - other.vector - impulse;
             const P leaving = P::load(block.leaving);
@@ -236,8 +237,8 @@ public:
         });
         if (rebounds_) {
             gather(x_, threads, [](std::size_t) FIRN_LAMBDA { return V::zero(); });
-            relax(x_, 1, threads, [](Block& block, const Seen&, const Seen&) FIRN_LAMBDA {
-                return block.vector(block.impulse) * (P::load(block.mass) * P::load(block.since));
+            relax(x_, 1, threads, [](Block& block, const Aside& aside, const Seen&, const Seen&) FIRN_LAMBDA {
+                return block.vector(block.impulse) * (P::load(block.mass) * P::load(aside.since));
             });
             for_touching(threads, [&](std::size_t k, std::uint32_t i) FIRN_LAMBDA {
                 unroll<D>([&](auto a) FIRN_LAMBDA { points.position[i].v[a] += double(x_[4 * k + a]); });
@@ -268,12 +269,14 @@ public:
     void shift(PointMasses<S, D>& points, int threads = 0) {
         if (shift_passes == 0) return;
         threads = thread_count(threads);
-        const auto way = [&](std::size_t k) FIRN_LAMBDA {
-            return cast<S>(points.position[grid_.place(k)] - grid_.positions()[k]);
-        };
-        gather(x_, threads, way, [&](std::size_t k) FIRN_LAMBDA { return grid_.radii()[k]; });
-        relax(x_, shift_passes, threads, [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
-            const PV apart = block.vector(block.normal) * P::load(block.distance) + (own.vector - other.vector);
+        gather(
+            x_, threads,
+            [&](std::size_t k) FIRN_LAMBDA {
+                return cast<S>(points.position[grid_.place(k)] - grid_.position(k));
+            },
+            [&](std::size_t k) FIRN_LAMBDA { return grid_.radii()[k]; });
+        const auto part = [](Block& block, const Aside& aside, const Seen& own, const Seen& other) FIRN_LAMBDA {
+            const PV apart = block.vector(block.normal) * P::load(aside.distance) + (own.vector - other.vector);
             const P square = dot(apart, apart), reach = own.number + other.number;
             const auto has_direction = P(least_square) < square;
             const P distance = sqrt(square);
@@ -281,10 +284,11 @@ public:
                                      block.vector(block.normal));
             return normal *
                    (max(reach * P(1 - contact_slack) - distance, P(0)) * P::load(block.share) * P::load(block.mass));
-        });
+        };
+        relax(x_, shift_passes, threads, part);
         for_touching(threads, [&](std::size_t k, std::uint32_t i) FIRN_LAMBDA {
-            const V before = way(k);
-            unroll<D>([&](auto a) FIRN_LAMBDA { points.position[i].v[a] += double(x_[4 * k + a] - before.v[a]); });
+            const auto x = grid_.position(k);
+            unroll<D>([&](auto a) FIRN_LAMBDA { points.position[i].v[a] = x.v[a] + double(x_[4 * k + a]); });
         });
     }
 
@@ -295,6 +299,7 @@ public:
         std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
                           (x_.capacity() + v_.capacity() + a_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
         for (const auto& blocks : blocks_) sum += blocks.capacity() * sizeof(Block);
+        for (const auto& asides : asides_) sum += asides.capacity() * sizeof(Aside);
         return sum;
     }
 
@@ -318,10 +323,7 @@ private:
         S share[lanes];       ///< 1/n; n: number of contacts of `own` or of `other`, whichever is larger
         S mass[lanes];        ///< 1 / (sum of the two inverse masses), or 0 if both points are pinned [kg]
         S leaving[lanes];     ///< normal speed after the collision [m/s]; see rebound()
-        S since[lanes];       ///< time since the impact, by which points are moved [s]; only if rebounds_
-        S distance[lanes];    ///< distance of the two points when the contact was found; 0 for a surface [m]
         S friction[lanes];    ///< Coulomb's coefficient of friction [1]
-        S last[lanes];        ///< length of `impulse` at the end of the previous step [m/s]
         /// own[q] and other[q] are the ranks of the two points of the contact with index q. (A rank is an index in the
         /// sorted order of grid_.) The index q differs from the lane l.
         std::uint32_t own[lanes], other[lanes];
@@ -331,6 +333,12 @@ private:
             unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(of[a]); });
             return r;
         }
+    };
+    /// The data of a Block's contacts that the passes over velocities do not use.
+    struct alignas(64) Aside {
+        S last[lanes];      ///< length of Block::impulse at the end of the previous step [m/s]
+        S distance[lanes];  ///< distance of the two points when the contact was found; 0 for a surface [m]
+        S since[lanes];     ///< time since the impact, for which points are moved [s]; only if rebounds_
     };
     /// The values of several points, one point per SIMD lane. `vector` and `number` are the velocity and the inverse
     /// mass, or the displacement since find() and the radius.
@@ -388,6 +396,7 @@ private:
         auto& chunk = table_.chunks[which];
         auto& blocks = blocks_[which];
         blocks.resize((chunk.used + lanes - 1) / lanes);
+        asides_[which].resize(blocks.size());
         if (chunk.used == 0) return;
         if (scratch.size() < 4 * lanes * blocks.size()) scratch.resize(8 * lanes * blocks.size());
         const bool begins = before_.has_kept && remember;
@@ -408,8 +417,8 @@ private:
             Row(0).store(chunk.apart.data() + 4 * c);
         }
         for (std::size_t b = 0; b < blocks.size(); ++b)
-            describe<Rebounds>(blocks[b], chunk, chunk.apart.data() + 4 * lanes * b, scratch.data() + 4 * lanes * b,
-                               times);
+            describe<Rebounds>(blocks[b], asides_[which][b], chunk, chunk.apart.data() + 4 * lanes * b,
+                               scratch.data() + 4 * lanes * b, times);
     }
 
     FIRN_INLINE static PV vector_of_quads(const S* quads) {
@@ -421,8 +430,8 @@ private:
     }
 
     template <bool Rebounds>
-    FIRN_INLINE void describe(Block& block, const typename Table::Chunk& chunk, const S* quads_apart, const S* kept,
-                              const Times& times) {
+    FIRN_INLINE void describe(Block& block, Aside& aside, const typename Table::Chunk& chunk, const S* quads_apart,
+                              const S* kept, const Times& times) {
         const std::size_t n = grid_.size();
         const Seen v = load(v_.data(), block.own), v_other = load(v_.data(), block.other);
         const PV apart = vector_of_quads(quads_apart);
@@ -430,18 +439,18 @@ private:
         const auto has_direction = P(least_square) < square;
         const P distance = sqrt(select(has_direction, square, P(0)));
         PV normal = apart * select(has_direction, P(1) / select(has_direction, distance, P(1)), P(0));
-        alignas(64) S more[lanes], e[lanes], mu[lanes], overlap[lanes];
+        P e = P(S(restitution)), mu = P(S(friction)), overlap = P(0);
+        alignas(64) S more[lanes];
         bool of_surfaces = false;
         for (std::size_t l = 0; l < lanes; ++l) {
             const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
             const std::uint32_t other = block.other[q];
             of_surfaces = of_surfaces || other >= n;
             more[l] = S(std::max({1u, table_.count[block.own[q]], other < n ? table_.count[other] : 0}));
-            e[l] = S(restitution);
-            mu[l] = S(friction);
             if constexpr (Rebounds)
-                overlap[l] = other < n ? grid_.radii()[block.own[q]] + grid_.radii()[other] - distance[int(l)] : S(0);
+                overlap.set(int(l), other < n ? grid_.radii()[block.own[q]] + grid_.radii()[other] : S(0));
         }
+        overlap -= distance;
         if (of_surfaces || any(!has_direction)) {
             for (std::size_t l = 0; l < lanes; ++l) {
                 const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
@@ -450,9 +459,9 @@ private:
                 if (other >= n) {
                     const auto& surface = chunk.surfaces[other - n - chunk.surfaces_before];
                     way = surface.normal;
-                    e[l] = times.restitution_of_surfaces;
-                    mu[l] = surface.friction;
-                    overlap[l] = surface.overlap;
+                    e.set(int(l), times.restitution_of_surfaces);
+                    mu.set(int(l), surface.friction);
+                    overlap.set(int(l), surface.overlap);
                 } else if (has_direction[int(l)] || own == other) {
                     continue;
                 } else {
@@ -472,23 +481,23 @@ private:
             normal.v[a].store(block.normal[a]);
             (impulse.v[a] * kept_part).store(block.impulse[a]);
         });
-        length.store(block.last);
+        length.store(aside.last);
         (P(1) / P::load(more)).store(block.share);
         select(P(0) < w, P(1) / select(P(0) < w, w, P(1)), P(0)).store(block.mass);
-        distance.store(block.distance);
+        distance.store(aside.distance);
         const P rate = dot(v.vector - v_other.vector, normal);
         if constexpr (Rebounds) {
             const PV a = load(a_.data(), block.own).vector, a_other = load(a_.data(), block.other).vector;
-            const Rebound<P> after = rebound(max(P::load(overlap), P(0)), rate, dot(a - a_other, normal),
-                                             P(times.lag), P(times.step), P::load(e));
+            const Rebound<P> after = rebound(max(overlap, P(0)), rate, dot(a - a_other, normal),
+                                             P(times.lag), P(times.step), e);
             // A point that others support falls towards them with its whole acceleration in every step, and rests.
             const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * P(times.step);
             select(comes, after.leaving, P(0)).store(block.leaving);
-            select(comes, after.since, P(0)).store(block.since);
+            select(comes, after.since, P(0)).store(aside.since);
         } else {
-            (P::load(e) * max(-rate, P(0))).store(block.leaving);
+            (e * max(-rate, P(0))).store(block.leaving);
         }
-        P::load(mu).store(block.friction);
+        mu.store(block.friction);
     }
 
     /// Stores the impulses of the contacts of the chunk with index `which` in Chunk::kept, for the next step. Stores
@@ -500,7 +509,7 @@ private:
         for (std::size_t b = 0; b < blocks.size(); ++b) {
             P r[4]{P(0), P(0), P(0), P(0)};
             unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = P::load(blocks[b].impulse[a]); });
-            r[D] = P::load(blocks[b].last);
+            r[D] = P::load(asides_[which][b].last);
             store_quads(r, chunk.kept.data() + 4 * lanes * b);
         }
     }
@@ -529,7 +538,7 @@ private:
     }
 
     /// Runs passes over all contacts. In each pass, the vector (velocity or position) of each point changes by the
-    /// point's inverse mass times the sum of act(block, own, other) over the contacts of the point. The arguments `own`
+    /// point's inverse mass times the sum of act(block, aside, own, other) over the contacts of the point. The arguments `own`
     /// and `other` are the values of the two points of a contact after the previous pass.
     /// \param values  one quad per point: see x_ and v_
     template <class Act>
@@ -548,7 +557,7 @@ private:
         auto& blocks = blocks_[which];
         if (felt.size() < 4 * lanes * blocks.size()) felt.resize(8 * lanes * blocks.size());
         for (std::size_t b = 0; b < blocks.size(); ++b) {
-            const PV of_contact = act(blocks[b], load(now, blocks[b].own), load(now, blocks[b].other));
+            const PV of_contact = act(blocks[b], asides_[which][b], load(now, blocks[b].own), load(now, blocks[b].other));
             P r[4]{P(0), P(0), P(0), P(0)};
             unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = of_contact.v[a]; });
             store_quads(r, felt.data() + 4 * lanes * b);
@@ -564,7 +573,9 @@ private:
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
     Table table_, before_;                       ///< table_: contacts of this step; before_: of the last step
-    std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk of points: the contacts of these points
+    /// For each chunk of points: the contacts of these points.
+    std::vector<aligned_vector<Block>> blocks_;
+    std::vector<aligned_vector<Aside>> asides_;
     /// Quads (four numbers per point, in the sorted order of grid_). x_: displacement since find() and radius; v_:
     /// velocity and inverse mass; a_: acceleration, only if rebounds_; next_: the values that a pass computes.
     aligned_vector<S> x_, v_, a_, next_;

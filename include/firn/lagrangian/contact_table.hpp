@@ -264,12 +264,12 @@ private:
             const std::uint32_t other = chunk.near[f];
             if (other == k || (group != 0 && group == names[other].group)) continue;
             if (excluded.any() && excluded.contains(grid.place(k), grid.place(other))) continue;
-            const Vec<double, D> apart = grid.positions()[k] - grid.positions()[other];
-            const double reach = double(r[k]) + double(r[other]);
-            if (!(dot(apart, apart) < reach * reach)) continue;
             S* const quad = chunk.apart.data() + 4 * chunk.used;
-            quad[2] = quad[3] = 0;
-            unroll<D>([&](auto a) FIRN_LAMBDA { quad[a] = S(apart.v[a]); });
+            grid.write_vector(other, k, quad);
+            Vec<S, D> apart;
+            unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = quad[a]; });
+            const S reach = r[k] + r[other];
+            if (!(dot(apart, apart) < reach * reach)) continue;
             chunk.others[chunk.used] = other;
             chunk.ids[chunk.used++] = names[other].id;
         }

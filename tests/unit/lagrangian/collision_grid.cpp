@@ -31,7 +31,7 @@ std::multiset<Pair> found(const CollisionGrid<S, D>& grid, double reach) {
     for (std::size_t k = 0; k < grid.size(); ++k)
         for (const SortedRange& range : neighbours.of(k))
             for (std::size_t j = range.begin; j < range.end; ++j) {
-                const auto along = grid.positions()[j] - grid.positions()[k];
+                const auto along = grid.position(j) - grid.position(k);
                 double square = 0;  // by the rounded coordinates
                 for (int a = 0; a < D; ++a) {
                     const double by = double(grid.coordinates(a)[j]) - double(grid.coordinates(a)[k]);
