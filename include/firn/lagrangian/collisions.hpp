@@ -174,7 +174,7 @@ public:
         detail::with_surfaces<S, D>(
             boundary, [&](const auto& see) { table_.find(grid_, points, excluded_, see, threads); });
         begun_ = false;
-        rebounds_ = approach.step > 0 && std::max(restitution, restitution_of_surfaces) > 0;
+        rebounds_ = approach.is_known() && std::max(restitution, restitution_of_surfaces) > 0;
         const std::size_t all = grid_.size() + table_.surface_count();
         for (auto* field : {&x_, &v_, &next_}) renew(*field, 4 * all, threads);
         if (rebounds_) renew(a_, 4 * all, threads);
@@ -491,7 +491,8 @@ private:
             const Rebound<P> after = rebound(max(overlap, P(0)), rate, dot(a - a_other, normal),
                                              P(times.lag), P(times.step), e);
             // A point that others support falls towards them with its whole acceleration in every step, and rests.
-            const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * P(times.step);
+            const P of_a_step = P(std::max(times.step, 2 * std::abs(times.lag)));
+            const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * of_a_step;
             select(comes, after.leaving, P(0)).store(block.leaving);
             select(comes, after.since, P(0)).store(aside.since);
         } else {

@@ -26,10 +26,13 @@ inline constexpr double contact_slack = 1e-3;
 /// \tparam Acceleration  callable as acceleration(i), returns the acceleration of the point with index i [m/s²]
 template <class Acceleration>
 struct Approach {
-    double step = 0;  ///< Length of the last step in which points moved [s]; 0: not known.
+    double step = 0;  ///< Length of the last step in which points moved [s].
     /// Time by which the velocities lag behind the positions [s]; negative: the velocities are ahead.
     double lag = 0;
     Acceleration acceleration{};  ///< The acceleration of each point in the step.
+
+    /// Returns whether anything is known: whether `step` or `lag` is not 0.
+    bool is_known() const { return step != 0 || lag != 0; }
 };
 
 /// A function object that returns zero, for Approach::acceleration.
