@@ -75,7 +75,8 @@ public:
 
     PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    /// Function that is called with a warning if a time step is above stable_time_step().
+    /// Function that is called with a warning if a time step is above stable_time_step(), or if the iterations leave
+    /// constraints with larger errors than DistanceConstraints::rigid_tolerance and compliant_tolerance allow.
     using Stepper<D>::warn;
     double damping = 0;  ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
     DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
@@ -163,9 +164,10 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Returns the largest time step [s] for which the springs and dampers are stable at the present positions of the
-    /// points; infinite if there are no springs and dampers. With larger steps, velocities may grow without bound.
-    /// Constraints do not limit the time step.
+    /// Returns the largest time step [s] for which the forces are stable, by the stiffness and damping that they have at
+    /// the present positions and velocities of the points; infinite if there are no such forces. With larger steps,
+    /// velocities may grow without bound. Constraints do not limit the time step. Forces of your own limit it by what
+    /// they say of themselves: see ElementForces, ForceOnEach and point_force.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
