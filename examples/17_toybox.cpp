@@ -153,6 +153,7 @@ int toybox(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->friction = friction;
     system.collisions->restitution = restitution;
+    system.constraints.rigid_tolerance = 0.1;  // the bridge begins too short
 
     Toybox box(system);
     const auto along = [&](const Point& a, const Point& b, std::size_t segments, double radius, std::uint8_t colour) {

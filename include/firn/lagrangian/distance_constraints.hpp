@@ -13,6 +13,10 @@
 namespace firn {
 
 /// The order in which constraints correct positions in one iteration.
+///
+/// As long as the iterations have not solved the constraints, the result depends on their order. So a body that is
+/// symmetric moves askew if they act one after another: a cloth of 2 m and 20 × 20 cells, which hangs by two corners
+/// with 8 iterations, hangs askew by 13 mm with steps of 10 ms, and by 2 mm with steps of 2 ms.
 enum class ConstraintUpdate {
     /// Constraints act one by one, in the order they were added, on one thread. This converges fastest for chains.
     immediate,
@@ -20,14 +24,19 @@ enum class ConstraintUpdate {
     /// bit, for any number of threads.
     coloured,
     /// All constraints act at once: a point moves by an average of its constraints' corrections. This converges
-    /// slowest.
+    /// slowest. What is symmetric stays symmetric.
     averaged
 };
 
 /// The options of the constraints that are made from the links of one kind.
 struct ConstraintOptions {
-    /// Compliance α of XPBD, the inverse of a spring's stiffness [m/N]; 0: rigid. The resulting stiffness of the body
-    /// depends neither on the number of iterations nor on the time step.
+    /// Compliance α of XPBD, the inverse of a spring's stiffness [m/N]; 0: rigid.
+    ///
+    /// Once the iterations have solved the constraints, the stiffness of the body depends neither on their number nor on
+    /// the time step. Until then, it does. A chain of 10 links of 1e-4 m/N that carries 1 kg between points of 1 kg is
+    /// right with 8 iterations of 10 ms. Between points of 1 g, its stretch is 113 times too large with them, 1.7 times
+    /// with 8 iterations of 1 ms, and right with 100 iterations of 1 ms. Smaller steps help more than more iterations. A
+    /// system warns: see DistanceConstraints::compliant_tolerance.
     double compliance = 0;
     /// The fraction of each correction that is applied, above 0 and at most 1. The resulting stiffness of the body
     /// depends on the number of iterations.
@@ -64,7 +73,11 @@ struct ConstraintHistory {
 };
 
 /// Distance constraints |x_b − x_a| = l₀ between pairs of points, where x_a and x_b are the positions of the two points
-/// and l₀ is the length at rest. They are solved by iterations of position-based dynamics.
+/// and l₀ is the length at rest. They are solved by iterations: SHAKE with the compliance of XPBD, see link_solver.hpp.
+///
+/// What rigid links turn keeps its angular momentum to rounding, and its energy as well as Verlet's method does. This
+/// ends where a link turns by more than 60° in a step, or where light points carry so much that their motion across the
+/// link is too fast for the step, k > 2 in link_solver.hpp: there, links damp.
 template <std::floating_point S, int D>
 class DistanceConstraints {
 public:
@@ -151,10 +164,10 @@ public:
         const std::size_t points = start.size();
         if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != points ||
             moved.size() != points)
-            throw parameter_error(sentence("Constraints of ", points, " points with ", moved.size(),
-                                           " displacements and ", inverse_mass.size(), " inverse masses in ",
-                                           iterations, " iterations over ", dt,
-                                           " s: give one displacement and one inverse mass per point, 0 or more "
+            throw parameter_error(sentence("Constraints of ", points, " points with ", inverse_mass.size(),
+                                           " inverse masses and ", moved.size(), " displacements in ", iterations,
+                                           " iterations over ", dt,
+                                           " s: give one inverse mass and one displacement per point, 0 or more "
                                            "iterations, and a positive step."));
         detail::check_tear_factor(tear_factor);
         is_solved_ = false;

@@ -44,14 +44,18 @@ struct SystemMoment {
 /// A step does the following, in this order:
 /// 1. Forces, gravity and damping change velocities.
 /// 2. Collisions with other points and with the boundary change velocities.
-/// 3. Points move.
-/// 4. Constraints move their points, so that the distances approach the lengths at rest. This changes velocities, too.
-/// 5. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
-/// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
-/// 7. Constraints and springs tear, see tear(). Points are removed at the end of their life, and emitters add points.
+/// 3. Points move, by their velocities and by the constraints, so that the distances approach the lengths at rest.
+///    Constraints change the velocities, too.
+/// 4. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
+/// 5. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
+/// 6. Constraints and springs tear, see tear(). Points are removed at the end of their life, and emitters add points.
 ///    In the first step, emitters also add the points that are due at the beginning of the step, before everything
 ///    else.
 ///
+/// Positions are in double, whatever S is, and differences of positions are formed in double. All else is in S. So a
+/// float system moves at map coordinates as it does at the origin, in steps of any size. What float loses is the change
+/// of a velocity in a step below 6e-8 of the velocity: at 10 m/s, gravity is off by up to 5 % in steps of 1e-6 s, and
+/// not there in steps of 4e-8 s. Take double where it counts.
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
@@ -85,7 +89,8 @@ public:
     /// system.collisions.emplace(), points collide, with default parameters.
     std::optional<Collisions<S, D>> collisions{};
     Boundary boundary{};     ///< The boundary. Each step also moves the boundary's moving parts.
-    double restitution = 0;  ///< Coefficient of restitution between points and the boundary, from 0 to 1 [1].
+    /// Coefficient of restitution between points and the boundary, from 0 to 1 [1]; see rebound().
+    double restitution = 0;
     int threads = 0;         ///< Number of threads; 0: the number that thread_count() returns.
     /// The facets of the surface, as point indices, for output. A facet is removed if both end points of a torn link
     /// are corners of it.
