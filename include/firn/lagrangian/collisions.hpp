@@ -381,10 +381,8 @@ private:
     }
 
     FIRN_INLINE static Seen load(const S* of_points, const std::uint32_t (&points)[lanes]) {
-        alignas(64) S quads[4 * lanes];
-        for (std::size_t q = 0; q < lanes; ++q) Row::load(of_points + 4 * std::size_t(points[q])).store(quads + 4 * q);
         P r[4];
-        load_quads(quads, r);
+        load_quads_of(of_points, [&](int l) FIRN_LAMBDA { return points[quad_of_lane<P>(l)]; }, r);
         Seen seen;
         unroll<D>([&](auto a) FIRN_LAMBDA { seen.vector.v[a] = r[a]; });
         seen.number = r[D];

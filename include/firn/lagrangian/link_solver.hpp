@@ -301,18 +301,13 @@ private:
     /// Corrects `lanes` links, the first of which is k.
     template <bool Soft>
     FIRN_INLINE void correct_lanes(std::size_t k) {
-        using Row = pack<S, 4>;
-        alignas(64) S quads[2][4 * lanes];
         const Link* const links = all_ + k;
-        S* const points = points_.data();
-        for (std::size_t l = 0; l < lanes; ++l) {
-            const std::size_t q = 4 * std::size_t(quad_of_lane<P>(int(l)));
-            for (std::size_t end = 0; end < 2; ++end)
-                Row::load(points + 4 * std::size_t(links[l].ends[end])).store(quads[end] + q);
-        }
+        const auto end = [links](std::size_t which) FIRN_LAMBDA {
+            return [=](int l) FIRN_LAMBDA { return links[l].ends[which]; };
+        };
         P a[4], b[4];
-        load_quads(quads[0], a);
-        load_quads(quads[1], b);
+        load_quads_of(points_.data(), end(0), a);
+        load_quads_of(points_.data(), end(1), b);
         const P wa = a[D], wb = b[D];
         const Ask<P> link = ask<Soft, P>(k, wa + wb, 1);
         Vec<P, D> r;
@@ -328,13 +323,8 @@ private:
             a[axis] -= by.impulse.v[axis] * wa;
             b[axis] += by.impulse.v[axis] * wb;
         });
-        store_quads(a, quads[0]);
-        store_quads(b, quads[1]);
-        for (std::size_t l = 0; l < lanes; ++l) {
-            const std::size_t q = 4 * std::size_t(quad_of_lane<P>(int(l)));
-            for (std::size_t end = 0; end < 2; ++end)
-                Row::load(quads[end] + q).store(points + 4 * std::size_t(links[l].ends[end]));
-        }
+        store_quads_of(a, points_.data(), end(0));
+        store_quads_of(b, points_.data(), end(1));
         if (others != 0) [[unlikely]]
             for (std::size_t l = 0; l < lanes; ++l)
                 if (others >> l & 1) correct_one<Soft>(k + l);
