@@ -44,7 +44,7 @@ Boundary basin() {
     return {plain, post, left, right, back, front};
 }
 
-bool is_in_basin(const firn::Vec<float, D>& x) { return std::max(std::abs(x[0]), std::abs(x[2])) < float(half); }
+bool is_in_basin(const Point& x) { return std::max(std::abs(x[0]), std::abs(x[2])) < half; }
 
 int fountain(int argc, char** argv) {
     example::CommandLine line({.name = "fountain",

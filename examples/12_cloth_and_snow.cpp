@@ -38,7 +38,7 @@ void add_cloth(Simulation& simulation, const Fabric& fabric, const Point& middle
     const double stiffness = 4 * fabric.young * fabric.thickness;  // below that of the membranes
     for (std::uint32_t i = 0; i < net.positions.size(); ++i)
         if (std::abs(std::abs(net.positions[i][0] - middle[0]) - side / 2) < 0.1 * spacing)
-            anchors.add({i}, {firn::cast<float>(net.positions[i]), float(stiffness), 0});
+            anchors.add({i}, {net.positions[i], float(stiffness), 0});
     cloth.add_force(body, std::move(anchors));
 }
 

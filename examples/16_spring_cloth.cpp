@@ -85,7 +85,7 @@ int spring_cloth(int argc, char** argv) {
     const example::Outcome outcome = example::run(system, options, step, picture);
     if (!outcome.has_moved()) return outcome.exit_code();
     double most = 0, out = 0;
-    for (const auto& x : system.points.position) out = std::max(out, double(x[2]));
+    for (const auto& x : system.points.position) out = std::max(out, x[2]);
     for (std::size_t e = 0; e < threads.size(); ++e) {
         const auto [a, b] = threads.corners(e);
         const double length = norm(system.points.position[b] - system.points.position[a]);

@@ -98,7 +98,8 @@ private:
 example::Image drawn(const System& system, const std::vector<Toy>& toys) {
     example::FlatPicture picture({0, 0}, {float(width), float(height)});
     const auto at = [&](std::size_t i) {
-        return std::array{system.points.position[i][0], system.points.position[i][1]};
+        const auto& x = system.points.position[i];
+        return std::array{float(x[0]), float(x[1])};
     };
     const float w = float(width), h = float(height), edge = 0.03F;
     const std::array<float, 2> corners[] = {{-edge, h}, {-edge, -edge}, {w + edge, -edge}, {w + edge, h}};
@@ -152,6 +153,7 @@ int toybox(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->friction = friction;
     system.collisions->restitution = restitution;
+    system.constraints.rigid_tolerance = 0.1;  // the bridge begins too short
 
     Toybox box(system);
     const auto along = [&](const Point& a, const Point& b, std::size_t segments, double radius, std::uint8_t colour) {
@@ -162,7 +164,7 @@ int toybox(int argc, char** argv) {
     };
     // The bridge is longer than the way between its ends.
     const std::uint32_t bridge_end = along({0.15, 1.5}, {2.15, 1.5}, 42, 0.028, example::amber);
-    for (std::uint32_t i = 0; i <= bridge_end; ++i) system.points.position[i][0] *= 0.85F;
+    for (std::uint32_t i = 0; i <= bridge_end; ++i) system.points.position[i][0] *= 0.85;
     system.points.pin(bridge_end);
     const std::uint32_t bob = along({3.05, 2.9}, {3.75, 2.15}, 20, 0.022, example::slate);
     system.points.radius[bob] = 0.17F;
@@ -200,9 +202,9 @@ int toybox(int argc, char** argv) {
     double speed = 0, longest = 0;
     for (const auto& v : system.points.velocity) speed += double(norm(v)) / double(system.points.size());
     for (const auto& each : system.constraints.all())
-        longest = std::max(
-            longest,
-            double(norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) / each.rest));
+        longest =
+            std::max(longest, norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
+                                  double(each.rest));
     std::printf("%s%zu points move at %.3f m/s on average; the longest link is %.3f times its length at rest\n",
                 outcome.part().c_str(), system.points.size(), speed, longest);
     return outcome.exit_code();

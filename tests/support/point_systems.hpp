@@ -91,6 +91,7 @@ struct Fountain {
                                                            .linear_velocity = {0.7, 0.1},
                                                            .angular_velocity = 9}));
         system.threads = threads;
+        system.warn = {};
         system.restitution = 0.2;
         system.gravity = {0.5, -9.81};
         const auto net = rope<2>({0.5, 0.3}, {0.95, 0.3}, 12);

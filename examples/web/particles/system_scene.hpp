@@ -20,8 +20,8 @@
 namespace live {
 
 template <int D>
-Point in_space(const firn::Vec<float, D>& x) {
-    return {double(x[0]), double(x[1]), D == 3 ? double(x[D - 1]) : 0.0};
+Point in_space(const firn::Vec<double, D>& x) {
+    return {x[0], x[1], D == 3 ? x[D - 1] : 0.0};
 }
 
 /// A cut through the picture: the wedge between two lines of sight from one eye.
@@ -178,7 +178,7 @@ public:
             picture.ball_kinds.push_back(kind_of(i));
         }
         for (const Ball& ball : obstacles().all) {
-            add(picture.balls, in_space<D>(firn::cast<float>(ball.position)));
+            add(picture.balls, in_space<D>(ball.position));
             picture.balls.push_back(0.985F * ball.shape.radius);
             picture.ball_kinds.push_back(obstacle_kind);
         }

@@ -128,7 +128,7 @@ private:
                                 .group = group});
         }
         const auto link = [&](std::uint32_t a, std::uint32_t b, double compliance, firn::LinkKind as) {
-            const auto apart = firn::cast<double>(system_.points.position[b] - system_.points.position[a]);
+            const auto apart = system_.points.position[b] - system_.points.position[a];
             system_.constraints.add({a, b}, norm(apart), {.compliance = compliance}, as);
         };
         std::vector<std::array<std::uint32_t, 3>> fan;

@@ -15,9 +15,9 @@
 
 namespace firn {
 
-/// Returns a state of point masses, for output, with the points in the order of their ids. The state has all fields of
-/// the points whose values have type S (positions [m], velocities [m/s], masses [kg], …), and a field `pinned`, which
-/// is 1 for a pinned point and 0 for any other point. State::body has the group of each point. A run cannot be
+/// Returns a state of point masses, for output, with the points in the order of their ids. The state has the positions
+/// [m], rounded to S, all fields of the points whose values have type S (velocities [m/s], masses [kg], …), and a field
+/// `pinned`, which is 1 for a pinned point and 0 for any other point. State::body has the group of each point. A run cannot be
 /// continued from this state; for a state from which a run can be continued, call state_of() of the ParticleSystem.
 /// \param points  the points
 /// \param facets  triangles (edges in 2D), each given by the indices of its corners in `points`, from 0
@@ -32,6 +32,11 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
     state.dimension = D;
     state.step = step;
     state.time = time;
+    StateField<S> position{"position", "m", D, {}};
+    position.values.reserve(n * D);
+    for (const Vec<double, D>& x : points.position)
+        for (int a = 0; a < D; ++a) position.values.push_back(S(x[a]));
+    state.fields.push_back(std::move(position));
     PointMasses<S, D>::for_fields([&](const FieldInfo& info, auto member) {
         if (info.number != FieldNumber::real) return;
         const auto* const first = reinterpret_cast<const S*>((points.*member).data());
@@ -87,6 +92,8 @@ std::vector<StateAttribute> system_attributes() {
             {"precision", precision_name<S>}};
 }
 
+/// The table with the positions of points in double, of which the field of this name has the rounded values.
+inline constexpr const char* position_table = "position";
 inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
 
 /// Reader of a particle system's state. It checks all values that it reads.
@@ -198,8 +205,24 @@ private:
             if (info.number != FieldNumber::real) return;
             std::ranges::copy(field(info), reinterpret_cast<S*>((points.*member).data()));
         });
+        read_positions(points);
         points.skip_ids(next_id_);
         return points;
+    }
+    /// Reads the positions: from the table of doubles, or from the field if the state has no such table, because S is
+    /// double or the state was written by an earlier firn.
+    void read_positions(PointMasses<S, D>& points) const {
+        const std::span<const S> rounded = field({"position", "m", FieldShape::vector, FieldRole::motion});
+        const bool is_exact = std::ranges::any_of(
+            state_.tables, [](const StateTable& each) { return each.name == position_table; });
+        const std::int64_t* const exact = is_exact ? table(state_.tables, position_table, D).values.data() : nullptr;
+        if (is_exact && table(state_.tables, position_table, D).values.size() != rounded.size())
+            throw damaged("position");
+        for (std::size_t k = 0; k < rounded.size(); ++k) {
+            const double x = exact ? std::bit_cast<double>(exact[k]) : double(rounded[k]);
+            if (!(S(x) == rounded[k])) throw damaged("position");
+            points.position[k / D][int(k % D)] = x;
+        }
     }
     /// Returns the time [s] that the integer `bits` stands for: the double with the same bits.
     /// \throws io_error  if the double is NaN
@@ -240,7 +263,7 @@ private:
 }  // namespace detail
 
 /// Returns the current state of a particle system. The state has everything that is needed to continue the run: the
-/// points and facets, the times at which points are removed, torn links, the number of births and the living particles
+/// points and facets, the positions in double (a table `position`; the field has them rounded to S), the times at which points are removed, torn links, the number of births and the living particles
 /// of each emitter, contact impulses, gravity [m/s²], damping [1/s], the number of iterations, the coefficient of
 /// restitution, the parameters of the boundary, and the names of the integrator and the boundary.
 /// \throws particle_error  if the position or velocity of a point is not finite; the message names the first such point
@@ -308,6 +331,12 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         }
     state.tables = {std::move(packed), std::move(gone),     std::move(emitted), std::move(emitters),
                     std::move(end),    std::move(impulses), std::move(torn)};
+    if constexpr (!std::same_as<S, double>) {
+        StateTable position{detail::position_table, D, {}};  // the bits of the doubles
+        for (const Vec<double, D>& x : points.position)
+            for (int a = 0; a < D; ++a) position.values.push_back(std::bit_cast<std::int64_t>(x[a]));
+        state.tables.push_back(std::move(position));
+    }
     return state;
 }
 

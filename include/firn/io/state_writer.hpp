@@ -27,7 +27,8 @@
 /// `material`, and `last_time_step` is named `dt`. In files of schema_version 1 to 3, the slots in the tables `slot`
 /// and `blocks` that state_of() makes are those of the memory of the run, with gaps between groups of blocks, and the
 /// blocks are in the order of their keys; restore() accepts both. Files of schema_version 1 to 4 have no fields
-/// `NAME_remainder`, and the remainders are 0.
+/// `NAME_remainder`, and the remainders are 0. States of a ParticleSystem of these versions have no table `position`;
+/// restore() then takes the rounded positions.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>

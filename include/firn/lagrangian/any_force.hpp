@@ -19,7 +19,8 @@ namespace firn {
 /// system may then call add_forces inside its own parallel region, which is faster.
 ///
 /// More member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds the stiffness and
-/// damping at each point to two arrays, from which the largest stable time step is computed; `renumber(new_place)` is
+/// damping at each point to two arrays, from which the largest stable time step is computed (without it, the force does
+/// not bound the step); `renumber(new_place)` is
 /// called after points are removed, and `tear(torn)` after links tear. ElementForces has all of them.
 template <class F, class S, int D>
 concept point_force =
@@ -121,7 +122,7 @@ private:
 };
 
 /// Returns the largest time step [s] for which an explicit integrator is stable, with the stiffness and damping that
-/// the forces have at the points' present positions; infinite if there are no springs and dampers. For a point of
+/// the forces have at the points' present positions and velocities; infinite if they have none. For a point of
 /// stiffness k, damping c and mass m, a stable time step dt satisfies k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion, for
 /// steps v ← v + a dt, x ← x + v dt).
 template <class S, int D>

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/lagrangian/point_masses.hpp>
@@ -17,6 +18,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -35,7 +37,7 @@ struct SortedRange {
 template <std::floating_point S, int D>
 class CollisionGrid {
 public:
-    using V = Vec<S, D>;                         ///< A vector in space.
+    using Place = Vec<double, D>;                ///< A position [m].
     static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of sorted ranges in which a point's neighbours lie.
     /// Number of zeros that are stored after the coordinates and after the radii, so that SIMD loads may read past the
     /// end.
@@ -68,9 +70,28 @@ public:
     std::size_t size() const { return size_; }
     /// Returns the index (into PointMasses) of the point that has the index k in the sorted order, 0 ≤ k < size().
     std::uint32_t place(std::size_t k) const { return order_[k]; }
-    /// Returns an array of the sorted points' coordinates along an axis [m], in sorted order, followed by `padding`
-    /// zeros.
+    /// Returns the position, when the points were sorted, of the point that has the index k in the sorted order [m].
+    FIRN_INLINE Place position(std::size_t k) const {
+        Place x;
+        unroll<D>([&](auto a) FIRN_LAMBDA { x.v[a] = positions_[4 * k + a]; });
+        return x;
+    }
+    /// Writes four numbers to memory: the vector from point j to point k [m], rounded to S, then zeros. The points are
+    /// given by their indices in the sorted order.
+    FIRN_INLINE void write_vector(std::size_t j, std::size_t k, S* to) const {
+        using Row = pack<double, 4>;
+        typedef S of_four [[gnu::vector_size(4 * sizeof(S))]];
+        const Row between = Row::load(positions_.data() + 4 * k) - Row::load(positions_.data() + 4 * j);
+        const of_four rounded = __builtin_convertvector(between.lanes, of_four);
+        std::memcpy(to, &rounded, sizeof rounded);
+    }
+    /// Returns an array of the sorted points' coordinates along an axis, counted from origin() and rounded to S [m], in
+    /// sorted order, followed by `padding` zeros.
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
+    /// Returns the position from which coordinates() are counted [m].
+    const Place& origin() const { return from_; }
+    /// Returns an upper bound of the rounding error of a distance of two points that is computed from coordinates() [m].
+    double error_of_distance() const { return error_; }
     /// Returns an array of the sorted points' radii [m], in sorted order, followed by `padding` zeros.
     const S* radii() const { return radii_.data(); }
     /// Returns the side length of a cell [m].
@@ -79,7 +100,8 @@ public:
     std::size_t bytes() const {
         std::size_t sum = (near_.items.capacity() * 2) * sizeof(near_.items[0]) +
                           (far_.items.capacity() * 2) * sizeof(far_.items[0]) + table_.capacity() * 4 +
-                          order_.capacity() * 4 + radii_.capacity() * sizeof(S);
+                          order_.capacity() * 4 + radii_.capacity() * sizeof(S) +
+                          positions_.capacity() * sizeof(double);
         for (const auto& axis : coordinates_) sum += axis.capacity() * sizeof(S);
         return sum;
     }
@@ -134,7 +156,7 @@ public:
 
 private:
     struct Part {  // bounding box, largest radius and counts of those points that one thread handles
-        V lower, upper;
+        Place lower, upper;
         S largest = 0;
         std::size_t wrong = 0, first_wrong = 0, sorted = 0;
     };
@@ -146,13 +168,13 @@ private:
         parts_.assign(std::min<std::size_t>(std::size_t(threads), count_ / 4096 + 1), {});
         parallel_for(parts_.size(), threads, [&](std::size_t p, int) {
             Part part;
-            part.lower = V::filled(std::numeric_limits<S>::infinity());
+            part.lower = Place::filled(std::numeric_limits<double>::infinity());
             part.upper = -part.lower;
             for (std::size_t i = first_of(p), end = first_of(p + 1); i < end; ++i) {
                 const S radius = points.radius[i];
                 bool right = radius >= 0 && radius <= std::numeric_limits<S>::max();
                 for (int a = 0; a < D; ++a)
-                    right = right && std::abs(points.position[i][a]) <= std::numeric_limits<S>::max();
+                    right = right && std::abs(points.position[i][a]) <= double(std::numeric_limits<S>::max());
                 if (!right && part.wrong++ == 0) part.first_wrong = i;
                 if (!right || radius == 0) continue;
                 ++part.sorted;
@@ -205,8 +227,8 @@ private:
         // The largest allowed number of cells along an axis. With this limit, cell indices need at most 62 bits.
         constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
-        Vec<double, D> upper = cast<double>(upper_);
-        from_ = cast<double>(lower_);
+        Place upper = upper_;
+        from_ = lower_;
         for (int a = 0; a < D; ++a)
             if (!((upper[a] - from_[a]) / side_ < most)) {
                 const auto [low, high] = where_most_are(points, a);
@@ -214,6 +236,10 @@ private:
                 upper[a] = std::min(upper[a], high + (high - low));
                 side_ = std::max(side_, (upper[a] - from_[a]) / (most - 1));
             }
+        double farthest = 0;  // coordinate
+        for (int a = 0; a < D; ++a)
+            farthest = std::max({farthest, std::abs(lower_[a] - from_[a]), std::abs(upper_[a] - from_[a])});
+        error_ = 2 * double(std::numeric_limits<S>::epsilon()) * farthest;  // of 2 axes √2, of 3 √3 as much at most
         cells_ = 1;
         for (int a = 0; a < D; ++a) {
             last_[a] = std::floor(std::min((upper[a] - from_[a]) / side_, most - 1));
@@ -228,19 +254,19 @@ private:
     /// Returns the two ends of an interval along an axis [m]. The interval contains most points: of about a thousand
     /// sampled points, a sixteenth lies below and a sixteenth above the interval.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
-        std::vector<S> sample;
+        std::vector<double> sample;
         const std::size_t step = count_ / 1024 + 1;
         for (std::size_t i = 0; i < count_; i += step) sample.push_back(points.position[i][axis]);
         std::sort(sample.begin(), sample.end());
-        return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
+        return {sample[sample.size() / 16], sample[sample.size() - 1 - sample.size() / 16]};
     }
 
     /// Returns the index of the cell that contains the position x. If x is outside of the grid, returns the index of
     /// the nearest cell, so that neighbours are still at most one cell apart.
-    FIRN_INLINE std::uint64_t key_of(const V& x) const {
+    FIRN_INLINE std::uint64_t key_of(const Place& x) const {
         std::uint64_t key = 0;
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const double cell = std::min(std::max((double(x.v[a]) - from_.v[a]) * per_side_, 0.0), last_.v[a]);
+            const double cell = std::min(std::max((x.v[a] - from_.v[a]) * per_side_, 0.0), last_.v[a]);
             key += (std::uint64_t(std::int64_t(cell)) + 1) * stride_[a];
         });
         return key;
@@ -263,13 +289,20 @@ private:
             renew(numbers, size_ + padding, threads);
             std::fill_n(numbers.data() + size_, padding, S(0));
         };
+        renew(positions_, 4 * size_, threads);
         renew_padded(radii_);
         for (auto& axis : coordinates_) renew_padded(axis);
         const auto copy = [&](std::size_t k, int) {
             const std::uint32_t i = sorter.items[k].number;
             order_[k] = i;
             radii_[k] = points.radius[i];
-            for (int a = 0; a < D; ++a) coordinates_[std::size_t(a)][k] = points.position[i][a];
+            const Place& x = points.position[i];
+            double* const quad = positions_.data() + 4 * k;
+            quad[2] = quad[3] = 0;
+            for (int a = 0; a < D; ++a) {
+                quad[a] = x[a];
+                coordinates_[std::size_t(a)][k] = S(x[a] - from_[a]);
+            }
         };
         parallel_for(size_, threads, copy, 4096);
     }
@@ -287,10 +320,10 @@ private:
 
     std::size_t count_ = 0, size_ = 0;
     std::vector<Part> parts_;
-    V lower_{}, upper_{};
+    Place lower_{}, upper_{};
     S largest_ = 0;
-    double side_ = 0, per_side_ = 0;
-    Vec<double, D> from_{}, last_{};  ///< lower corner of the grid [m]; index of the last cell along each axis
+    double side_ = 0, per_side_ = 0, error_ = 0;
+    Place from_{}, last_{};  ///< lower corner of the grid [m]; index of the last cell along each axis
     std::uint64_t cells_ = 0;
     std::array<std::uint64_t, std::size_t(D)> stride_{};
     std::array<std::int64_t, rows> row_{};
@@ -298,6 +331,7 @@ private:
     RadixSort<std::uint64_t> far_;
     aligned_vector<std::uint32_t> table_;  ///< per cell: where its sorted points begin; empty for too many cells
     aligned_vector<std::uint32_t> order_;
+    aligned_vector<double> positions_;  ///< quads (four numbers per point): the position, then zeros [m]
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;
 };

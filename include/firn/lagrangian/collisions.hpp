@@ -55,8 +55,9 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 /// Velocities. Each contact has an impulse J, which is computed in several passes. Let v be the relative velocity that
 /// the two points would have without J. The target of J is the impulse that changes v to the result of
 /// velocity_after_impact(): the points then separate with at least the speed u, and friction is at most μ times the
-/// normal part of the impulse. Here u is the coefficient of restitution e times the speed of approach before the first
-/// pass, or 0 if the points were not approaching, and μ is Coulomb's coefficient of friction. Each pass changes J by
+/// normal part of the impulse. Here u is the speed of rebound() after the approach before the first pass, which is the
+/// coefficient of restitution e times the speed of approach, or 0 if the points were not approaching or rest on each
+/// other; μ is Coulomb's coefficient of friction. Each pass changes J by
 /// the fraction 1/n of the difference between J and its target. To get n, count the contacts of each of the two points;
 /// n is the larger count. All contacts are updated at the same time (Jacobi iteration). Because of the factor 1/n, the
 /// velocity of a point never changes by more than the mean of the changes that its contacts would cause one by one. For
@@ -69,6 +70,9 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 /// All contacts of a step act at the same time. So if a ball hits a row of balls that touch each other, restitution
 /// drives all balls of the row apart at once. If there were small gaps between the balls, they would collide one after
 /// the other.
+///
+/// Points that rebound have passed each other by a part of their last step before the contact is found. They are moved
+/// to where they would be if J had acted when they met.
 ///
 /// Positions. Further passes shift overlapping points apart until the overlap is at most contact_slack times the sum of
 /// the two radii. The two points of a contact are shifted in proportion to their inverse masses; each pass applies the
@@ -152,12 +156,15 @@ public:
     /// \param boundary                 a boundary with scalar type S and a member function surfaces(), see has_surfaces
     /// \param restitution_of_surfaces  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
     /// \param threads                  number of threads; 0: the number that thread_count() returns
+    /// \param approach                 how the points have come to their positions; by default not known: points that
+    ///                                 rebound are then not moved for it
     /// \throws particle_error   if a position or radius is not finite, if a radius is negative, or if there are
     ///                          ContactTable::most_points or more points
     /// \throws parameter_error  if check() or check_distances() throws it, if an excluded pair names a point that does
     ///                          not exist, or if restitution_of_surfaces is not from 0 to 1
-    template <class B>
-    void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
+    template <class B, class Acceleration = NoAcceleration<S, D>>
+    void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0,
+              const Approach<Acceleration>& approach = {}) {
         check();
         check_restitution(restitution_of_surfaces);
         check_distances(points, boundary);
@@ -165,20 +172,26 @@ public:
         excluded_.prepare(points.size());
         grid_.build(points, threads);
         std::swap(table_, before_);
-        const auto lifted = lift<S>(boundary);
-        table_.find(grid_, points, excluded_, [&](const V& x, const auto& seen) { lifted.surfaces(x, seen); }, threads);
+        detail::with_surfaces<S, D>(
+            boundary, [&](const auto& see) { table_.find(grid_, points, excluded_, see, threads); });
         begun_ = false;
+        rebounds_ = approach.is_known() && std::max(restitution, restitution_of_surfaces) > 0;
         const std::size_t all = grid_.size() + table_.surface_count();
         for (auto* field : {&x_, &v_, &next_}) renew(*field, 4 * all, threads);
+        if (rebounds_) renew(a_, 4 * all, threads);
         renew(w_, grid_.size(), threads);
         blocks_.resize(table_.chunks.size());
+        asides_.resize(table_.chunks.size());
         phases_.assign(2, blocks_.size());
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
+        const Times times{S(restitution_of_surfaces), S(approach.lag), S(approach.step)};
         parallel_phases(phases_, threads, [&](std::size_t phase, std::size_t which, int thread) {
             if (phase == 0)
-                copy_points(which, points);
+                copy_points(which, points, approach.acceleration);
+            else if (rebounds_)
+                describe_contacts<true>(which, times, felt_[std::size_t(thread)]);
             else
-                describe_contacts(which, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
+                describe_contacts<false>(which, times, felt_[std::size_t(thread)]);
         });
     }
 
@@ -198,15 +211,16 @@ public:
                     f(grid_.place(k), grid_.place(other));
     }
 
-    /// Changes the velocities of points in contact. Call find() first.
+    /// Changes the velocities of points in contact, and moves points that rebound to where they would be if their
+    /// velocities had changed when they met. Call find() first.
     /// \param points   the points that were passed to find()
     /// \param threads  number of threads; 0: the number that thread_count() returns
     void change_velocities(PointMasses<S, D>& points, int threads = 0) {
         if (velocity_passes == 0) return;
         threads = thread_count(threads);
-        const auto begin = [](Block& block, const Seen&, const Seen&)
+        const auto begin = [](Block& block, const Aside&, const Seen&, const Seen&)
                                FIRN_LAMBDA { return block.vector(block.impulse) * P::load(block.mass); };
-        const auto improve = [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
+        const auto improve = [](Block& block, const Aside&, const Seen& own, const Seen& other) FIRN_LAMBDA {
             const PV normal = block.vector(block.normal), impulse = block.vector(block.impulse);
             const PV without = own.vector - other.vector - impulse;
             const P leaving = P::load(block.leaving);
@@ -216,10 +230,21 @@ public:
             unroll<D>([&](auto a) FIRN_LAMBDA { (impulse.v[a] + change.v[a]).store(block.impulse[a]); });
             return change * P::load(block.mass);
         };
-        gather(points.velocity, v_, threads);
+        gather(v_, threads, [&](std::size_t k) FIRN_LAMBDA { return points.velocity[grid_.place(k)]; });
         if (!begun_ && before_.has_kept && remember) relax(v_, 1, threads, begin);
         relax(v_, velocity_passes, threads, improve);
-        scatter(points.velocity, v_, threads);
+        for_touching(threads, [&](std::size_t k, std::uint32_t i) FIRN_LAMBDA {
+            unroll<D>([&](auto a) FIRN_LAMBDA { points.velocity[i].v[a] = v_[4 * k + a]; });
+        });
+        if (rebounds_) {
+            gather(x_, threads, [](std::size_t) FIRN_LAMBDA { return V::zero(); });
+            relax(x_, 1, threads, [](Block& block, const Aside& aside, const Seen&, const Seen&) FIRN_LAMBDA {
+                return block.vector(block.impulse) * (P::load(block.mass) * P::load(aside.since));
+            });
+            for_touching(threads, [&](std::size_t k, std::uint32_t i) FIRN_LAMBDA {
+                unroll<D>([&](auto a) FIRN_LAMBDA { points.position[i].v[a] += double(x_[4 * k + a]); });
+            });
+        }
         parallel_for(blocks_.size(), threads, [&](std::size_t which, int) { keep(which); });
         begun_ = table_.has_kept = true;
     }
@@ -245,9 +270,14 @@ public:
     void shift(PointMasses<S, D>& points, int threads = 0) {
         if (shift_passes == 0) return;
         threads = thread_count(threads);
-        gather(points.position, x_, threads);
-        relax(x_, shift_passes, threads, [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
-            const PV apart = own.vector - other.vector;
+        gather(
+            x_, threads,
+            [&](std::size_t k) FIRN_LAMBDA {
+                return cast<S>(points.position[grid_.place(k)] - grid_.position(k));
+            },
+            [&](std::size_t k) FIRN_LAMBDA { return grid_.radii()[k]; });
+        const auto part = [](Block& block, const Aside& aside, const Seen& own, const Seen& other) FIRN_LAMBDA {
+            const PV apart = block.vector(block.normal) * P::load(aside.distance) + (own.vector - other.vector);
             const P square = dot(apart, apart), reach = own.number + other.number;
             const auto has_direction = P(least_square) < square;
             const P distance = sqrt(square);
@@ -255,8 +285,12 @@ public:
                                      block.vector(block.normal));
             return normal *
                    (max(reach * P(1 - contact_slack) - distance, P(0)) * P::load(block.share) * P::load(block.mass));
+        };
+        relax(x_, shift_passes, threads, part);
+        for_touching(threads, [&](std::size_t k, std::uint32_t i) FIRN_LAMBDA {
+            const auto x = grid_.position(k);
+            unroll<D>([&](auto a) FIRN_LAMBDA { points.position[i].v[a] = x.v[a] + double(x_[4 * k + a]); });
         });
-        scatter(points.position, x_, threads);
     }
 
     /// Returns the grid in which find() sorted the points.
@@ -264,8 +298,9 @@ public:
     /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
         std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
-                          (x_.capacity() + v_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
+                          (x_.capacity() + v_.capacity() + a_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
         for (const auto& blocks : blocks_) sum += blocks.capacity() * sizeof(Block);
+        for (const auto& asides : asides_) sum += asides.capacity() * sizeof(Aside);
         return sum;
     }
 
@@ -288,9 +323,8 @@ private:
         S impulse[D][lanes];  ///< change of the relative velocity: impulse times sum of inverse masses [m/s]
         S share[lanes];       ///< 1/n; n: number of contacts of `own` or of `other`, whichever is larger
         S mass[lanes];        ///< 1 / (sum of the two inverse masses), or 0 if both points are pinned [kg]
-        S leaving[lanes];     ///< normal speed after the collision: restitution × speed of approach [m/s]
+        S leaving[lanes];     ///< normal speed after the collision [m/s]; see rebound()
         S friction[lanes];    ///< Coulomb's coefficient of friction [1]
-        S last[lanes];        ///< length of `impulse` at the end of the previous step [m/s]
         /// own[q] and other[q] are the ranks of the two points of the contact with index q. (A rank is an index in the
         /// sorted order of grid_.) The index q differs from the lane l.
         std::uint32_t own[lanes], other[lanes];
@@ -301,53 +335,67 @@ private:
             return r;
         }
     };
-    /// The values of several points, one point per SIMD lane. `vector` and `number` are either the position and the
-    /// radius, or the velocity and the inverse mass.
+    /// The data of a Block's contacts that the passes over velocities do not use.
+    struct alignas(64) Aside {
+        S last[lanes];      ///< length of Block::impulse at the end of the previous step [m/s]
+        S distance[lanes];  ///< distance of the two points when the contact was found; 0 for a surface [m]
+        S since[lanes];     ///< time since the impact, for which points are moved [s]; only if rebounds_
+    };
+    /// The values of several points, one point per SIMD lane. `vector` and `number` are the velocity and the inverse
+    /// mass, or the displacement since find() and the radius.
     struct Seen {
         PV vector;
         P number;
     };
 
+    /// What the description of contacts needs to know of the step.
+    struct Times {
+        S restitution_of_surfaces;
+        S lag, step;  // see Approach
+    };
+
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// Copies the positions and velocities of the points of the chunk with index `which` to x_ and v_, as quads (groups
-    /// of four numbers). The surfaces that these points touch are stored after the quads of all points, as if they were
-    /// pinned points. The radius stored for a surface is a huge negative number, so that shift() ignores the surface.
-    void copy_points(std::size_t which, const PointMasses<S, D>& points) {
-        const auto quad = [](S* to, const V& vector, S number) {
-            for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
-        };
+    FIRN_INLINE static void set_quad(S* to, const V& vector, S number) {
+        for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a < D ? a : 0] : a == D ? number : S(0);
+    }
+
+    /// Copies the velocities of the points of the chunk with index `which` to v_, as quads (groups of four numbers), and
+    /// the accelerations to a_ if they are needed. The surfaces that these points touch are stored after the quads of
+    /// all points, as if they were pinned points. The radius stored for a surface is a huge negative number, so that
+    /// shift() ignores the surface.
+    template <class Acceleration>
+    void copy_points(std::size_t which, const PointMasses<S, D>& points, const Acceleration& acceleration) {
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
             const std::uint32_t i = grid_.place(k);
-            V x;
-            unroll<D>([&](auto axis) FIRN_LAMBDA { x.v[axis] = grid_.coordinates(axis)[k]; });
-            quad(x_.data() + 4 * k, x, grid_.radii()[k]);
-            quad(v_.data() + 4 * k, points.velocity[i], points.inverse_mass[i]);
             w_[k] = points.inverse_mass[i];
+            set_quad(v_.data() + 4 * k, points.velocity[i], w_[k]);
+            if (rebounds_) set_quad(a_.data() + 4 * k, w_[k] > 0 ? acceleration(i) : V::zero(), S(0));
         }
         const auto& chunk = table_.chunks[which];
         for (std::size_t s = 0; s < chunk.surfaces.size(); ++s) {
             const std::size_t at = 4 * (grid_.size() + chunk.surfaces_before + s);
-            quad(x_.data() + at, V::zero(), -std::numeric_limits<S>::max() / 4);
-            quad(v_.data() + at, chunk.surfaces[s].velocity, S(0));
+            set_quad(x_.data() + at, V::zero(), -std::numeric_limits<S>::max() / 4);
+            set_quad(v_.data() + at, chunk.surfaces[s].velocity, S(0));
+            if (rebounds_) set_quad(a_.data() + at, V::zero(), S(0));
         }
     }
 
     FIRN_INLINE static Seen load(const S* of_points, const std::uint32_t (&points)[lanes]) {
-        alignas(64) S quads[4 * lanes];
-        for (std::size_t q = 0; q < lanes; ++q) Row::load(of_points + 4 * std::size_t(points[q])).store(quads + 4 * q);
         P r[4];
-        load_quads(quads, r);
+        load_quads_of(of_points, [&](int l) FIRN_LAMBDA { return points[quad_of_lane<P>(l)]; }, r);
         Seen seen;
         unroll<D>([&](auto a) FIRN_LAMBDA { seen.vector.v[a] = r[a]; });
         seen.number = r[D];
         return seen;
     }
 
-    void describe_contacts(std::size_t which, S restitution_of_surfaces, aligned_vector<S>& scratch) {
-        const auto& chunk = table_.chunks[which];
+    template <bool Rebounds>
+    void describe_contacts(std::size_t which, const Times& times, aligned_vector<S>& scratch) {
+        auto& chunk = table_.chunks[which];
         auto& blocks = blocks_[which];
         blocks.resize((chunk.used + lanes - 1) / lanes);
+        asides_[which].resize(blocks.size());
         if (chunk.used == 0) return;
         if (scratch.size() < 4 * lanes * blocks.size()) scratch.resize(8 * lanes * blocks.size());
         const bool begins = before_.has_kept && remember;
@@ -365,30 +413,43 @@ private:
         for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes get contacts without effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
+            Row(0).store(chunk.apart.data() + 4 * c);
         }
         for (std::size_t b = 0; b < blocks.size(); ++b)
-            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, restitution_of_surfaces);
+            describe<Rebounds>(blocks[b], asides_[which][b], chunk, chunk.apart.data() + 4 * lanes * b,
+                               scratch.data() + 4 * lanes * b, times);
     }
 
-    FIRN_INLINE void describe(Block& block, const typename Table::Chunk& chunk, const S* kept,
-                              S restitution_of_surfaces) {
+    FIRN_INLINE static PV vector_of_quads(const S* quads) {
+        P r[4];
+        load_quads(quads, r);
+        PV vector;
+        unroll<D>([&](auto a) FIRN_LAMBDA { vector.v[a] = r[a]; });
+        return vector;
+    }
+
+    template <bool Rebounds>
+    FIRN_INLINE void describe(Block& block, Aside& aside, const typename Table::Chunk& chunk, const S* quads_apart,
+                              const S* kept, const Times& times) {
         const std::size_t n = grid_.size();
-        const Seen x = load(x_.data(), block.own), x_other = load(x_.data(), block.other);
         const Seen v = load(v_.data(), block.own), v_other = load(v_.data(), block.other);
-        const PV apart = x.vector - x_other.vector;
+        const PV apart = vector_of_quads(quads_apart);
         const P square = dot(apart, apart);
         const auto has_direction = P(least_square) < square;
-        PV normal = apart * select(has_direction, P(1) / sqrt(select(has_direction, square, P(1))), P(0));
-        alignas(64) S more[lanes], e[lanes], mu[lanes];
+        const P distance = sqrt(select(has_direction, square, P(0)));
+        PV normal = apart * select(has_direction, P(1) / select(has_direction, distance, P(1)), P(0));
+        P e = P(S(restitution)), mu = P(S(friction)), overlap = P(0);
+        alignas(64) S more[lanes];
         bool of_surfaces = false;
         for (std::size_t l = 0; l < lanes; ++l) {
             const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
             const std::uint32_t other = block.other[q];
             of_surfaces = of_surfaces || other >= n;
             more[l] = S(std::max({1u, table_.count[block.own[q]], other < n ? table_.count[other] : 0}));
-            e[l] = S(restitution);
-            mu[l] = S(friction);
+            if constexpr (Rebounds)
+                overlap.set(int(l), other < n ? grid_.radii()[block.own[q]] + grid_.radii()[other] : S(0));
         }
+        overlap -= distance;
         if (of_surfaces || any(!has_direction)) {
             for (std::size_t l = 0; l < lanes; ++l) {
                 const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
@@ -397,8 +458,9 @@ private:
                 if (other >= n) {
                     const auto& surface = chunk.surfaces[other - n - chunk.surfaces_before];
                     way = surface.normal;
-                    e[l] = restitution_of_surfaces;
-                    mu[l] = surface.friction;
+                    e.set(int(l), times.restitution_of_surfaces);
+                    mu.set(int(l), surface.friction);
+                    overlap.set(int(l), surface.overlap);
                 } else if (has_direction[int(l)] || own == other) {
                     continue;
                 } else {
@@ -418,11 +480,24 @@ private:
             normal.v[a].store(block.normal[a]);
             (impulse.v[a] * kept_part).store(block.impulse[a]);
         });
-        length.store(block.last);
+        length.store(aside.last);
         (P(1) / P::load(more)).store(block.share);
         select(P(0) < w, P(1) / select(P(0) < w, w, P(1)), P(0)).store(block.mass);
-        (P::load(e) * max(-dot(v.vector - v_other.vector, normal), P(0))).store(block.leaving);
-        P::load(mu).store(block.friction);
+        distance.store(aside.distance);
+        const P rate = dot(v.vector - v_other.vector, normal);
+        if constexpr (Rebounds) {
+            const PV a = load(a_.data(), block.own).vector, a_other = load(a_.data(), block.other).vector;
+            const Rebound<P> after = rebound(max(overlap, P(0)), rate, dot(a - a_other, normal),
+                                             P(times.lag), P(times.step), e);
+            // A point that others support falls towards them with its whole acceleration in every step, and rests.
+            const P of_a_step = P(std::max(times.step, 2 * std::abs(times.lag)));
+            const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * of_a_step;
+            select(comes, after.leaving, P(0)).store(block.leaving);
+            select(comes, after.since, P(0)).store(aside.since);
+        } else {
+            (e * max(-rate, P(0))).store(block.leaving);
+        }
+        mu.store(block.friction);
     }
 
     /// Stores the impulses of the contacts of the chunk with index `which` in Chunk::kept, for the next step. Stores
@@ -434,32 +509,38 @@ private:
         for (std::size_t b = 0; b < blocks.size(); ++b) {
             P r[4]{P(0), P(0), P(0), P(0)};
             unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = P::load(blocks[b].impulse[a]); });
-            r[D] = P::load(blocks[b].last);
+            r[D] = P::load(asides_[which][b].last);
             store_quads(r, chunk.kept.data() + 4 * lanes * b);
         }
     }
 
-    void gather(const FieldArray<V>& field, aligned_vector<S>& values, int threads) {
-        const auto copy = [&](std::size_t k, int) {
-            const V& value = field[grid_.place(k)];
+    /// Fills quads of all sorted points.
+    /// \param vector  vector(k) returns the first D numbers of the quad of the point of rank k
+    /// \param number  number(k) returns the next number; without it, this number does not change
+    template <class Vector, class... Number>
+    void gather(aligned_vector<S>& values, int threads, const Vector& vector, const Number&... number) {
+        const auto copy = [&](std::size_t k, int) FIRN_LAMBDA {
+            const V value = vector(k);
             unroll<D>([&](auto a) FIRN_LAMBDA { values[4 * k + a] = value.v[a]; });
+            ((values[4 * k + D] = number(k)), ...);
         };
         parallel_for(grid_.size(), threads, copy, chunk_size);
         std::copy(values.begin() + std::ptrdiff_t(4 * grid_.size()), values.end(),
                   next_.begin() + std::ptrdiff_t(4 * grid_.size()));
     }
-    void scatter(FieldArray<V>& field, const aligned_vector<S>& values, int threads) {
-        const auto copy = [&](std::size_t k, int) {
-            if (table_.count[k] > 0 && w_[k] > 0)
-                unroll<D>([&](auto a) FIRN_LAMBDA { field[grid_.place(k)].v[a] = values[4 * k + a]; });
+    /// Calls f(k, i) for each point that has contacts and is not pinned; k is its rank, i its index in PointMasses.
+    template <class F>
+    void for_touching(int threads, const F& f) {
+        const auto one = [&](std::size_t k, int) FIRN_LAMBDA {
+            if (table_.count[k] > 0 && w_[k] > 0) f(k, grid_.place(k));
         };
-        parallel_for(grid_.size(), threads, copy, chunk_size);
+        parallel_for(grid_.size(), threads, one, chunk_size);
     }
 
     /// Runs passes over all contacts. In each pass, the vector (velocity or position) of each point changes by the
-    /// point's inverse mass times the sum of act(block, own, other) over the contacts of the point. The arguments `own`
+    /// point's inverse mass times the sum of act(block, aside, own, other) over the contacts of the point. The arguments `own`
     /// and `other` are the values of the two points of a contact after the previous pass.
-    /// \param values  one quad per point: the velocity and the inverse mass, or the position and the radius
+    /// \param values  one quad per point: see x_ and v_
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
@@ -476,7 +557,7 @@ private:
         auto& blocks = blocks_[which];
         if (felt.size() < 4 * lanes * blocks.size()) felt.resize(8 * lanes * blocks.size());
         for (std::size_t b = 0; b < blocks.size(); ++b) {
-            const PV of_contact = act(blocks[b], load(now, blocks[b].own), load(now, blocks[b].other));
+            const PV of_contact = act(blocks[b], asides_[which][b], load(now, blocks[b].own), load(now, blocks[b].other));
             P r[4]{P(0), P(0), P(0), P(0)};
             unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = of_contact.v[a]; });
             store_quads(r, felt.data() + 4 * lanes * b);
@@ -492,12 +573,15 @@ private:
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
     Table table_, before_;                       ///< table_: contacts of this step; before_: of the last step
-    std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk of points: the contacts of these points
-    /// Quads (four numbers per point, in the sorted order of grid_). x_: position and radius; v_: velocity and inverse
-    /// mass; next_: the values that a pass computes.
-    aligned_vector<S> x_, v_, next_;
+    /// For each chunk of points: the contacts of these points.
+    std::vector<aligned_vector<Block>> blocks_;
+    std::vector<aligned_vector<Aside>> asides_;
+    /// Quads (four numbers per point, in the sorted order of grid_). x_: displacement since find() and radius; v_:
+    /// velocity and inverse mass; a_: acceleration, only if rebounds_; next_: the values that a pass computes.
+    aligned_vector<S> x_, v_, a_, next_;
     aligned_vector<S> w_;  ///< inverse masses, in the sorted order of grid_ [1/kg]
     bool begun_ = false;   ///< whether the impulses of the last step were applied in this step
+    bool rebounds_ = false;  ///< whether points that rebound are moved
     std::vector<std::size_t> phases_;
     std::vector<aligned_vector<S>>
         felt_;  ///< for each thread: the result of act() for each contact of one chunk, as quads

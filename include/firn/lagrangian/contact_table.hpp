@@ -23,6 +23,7 @@ struct TouchedSurface {
     Vec<S, D> normal,  ///< Outward unit normal at the point.
         velocity;      ///< Velocity of the surface at the point [m/s].
     S friction;        ///< Coulomb's coefficient of friction of the surface [1].
+    S overlap;         ///< How far the point is beyond the surface, as a ball [m].
 };
 
 /// The impulse of a contact in one step, kept for the next step.
@@ -60,6 +61,9 @@ struct ContactTable {
         std::size_t used = 0;                        ///< Number of contacts. The arrays below may be longer.
         std::vector<std::uint32_t> others;           ///< Per contact: rank of the other point, or first_surface − k.
         std::vector<std::uint32_t> ids;              ///< Per contact: id of the other point, or first_surface − k.
+        /// Four values per contact: the vector from the other point to the own one [m], then zeros. All values of a
+        /// contact with a surface are zero.
+        aligned_vector<S> apart;
         std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
         std::size_t surfaces_before = 0;             ///< Number of contacts with surfaces in all earlier chunks.
         /// Four values per contact: the elements of KeptImpulse::numbers, followed by a zero in 2D.
@@ -213,7 +217,8 @@ struct ContactTable {
                           names.capacity() * sizeof(Name);
         for (const Chunk& chunk : chunks)
             sum += (chunk.others.capacity() + chunk.ids.capacity() + chunk.near.capacity()) * 4 +
-                   chunk.surfaces.capacity() * sizeof(TouchedSurface<S, D>) + chunk.kept.capacity() * sizeof(S);
+                   chunk.surfaces.capacity() * sizeof(TouchedSurface<S, D>) +
+                   (chunk.kept.capacity() + chunk.apart.capacity()) * sizeof(S);
         return sum;
     }
 
@@ -222,6 +227,8 @@ private:
         if (chunk.others.size() >= chunk.used + more) return;
         chunk.others.resize(2 * (chunk.used + more));
         chunk.ids.resize(chunk.others.size());
+        // Collisions reads whole groups of as many contacts as a register has lanes.
+        chunk.apart.resize(4 * (chunk.others.size() + std::size_t(scalar_traits<native_pack<S>>::lanes)));
     }
 
     void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
@@ -236,7 +243,8 @@ private:
         std::size_t found = 0;
         Vec<P, D> own;
         unroll<D>([&](auto a) FIRN_LAMBDA { own.v[a] = P(x[a][k]); });
-        const P radius(r[k]);
+        // The points whose coordinates are this near are looked at in double.
+        const P radius(r[k]), error(S(1.000001 * grid.error_of_distance()));
         for (const SortedRange& range : ranges) {
             const std::size_t most = found + (range.end - range.begin);
             if (chunk.near.size() < most) chunk.near.resize(2 * most + 64);
@@ -244,8 +252,8 @@ private:
             for (std::uint32_t j = range.begin; j < range.end; j += lanes) {
                 Vec<P, D> apart;
                 unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = own.v[a] - P::load(x[a] + j); });
-                const P reach = radius + P::load(r + j);
-                std::uint32_t bits = lane_bits(dot(apart, apart) < reach * reach);
+                const P reach = (radius + P::load(r + j)) * P(1 + 4 * std::numeric_limits<S>::epsilon()) + error;
+                std::uint32_t bits = lane_bits(dot(apart, apart) <= reach * reach);
                 if (range.end - j < lanes) bits &= (1u << (range.end - j)) - 1;
                 for (; bits != 0; bits &= bits - 1) near[found++] = j + std::uint32_t(std::countr_zero(bits));
             }
@@ -256,6 +264,12 @@ private:
             const std::uint32_t other = chunk.near[f];
             if (other == k || (group != 0 && group == names[other].group)) continue;
             if (excluded.any() && excluded.contains(grid.place(k), grid.place(other))) continue;
+            S* const quad = chunk.apart.data() + 4 * chunk.used;
+            grid.write_vector(other, k, quad);
+            Vec<S, D> apart;
+            unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = quad[a]; });
+            const S reach = r[k] + r[other];
+            if (!(dot(apart, apart) < reach * reach)) continue;
             chunk.others[chunk.used] = other;
             chunk.ids[chunk.used++] = names[other].id;
         }
@@ -272,7 +286,8 @@ private:
                      if (contact != Contact::separate || !(distance < points.radius[i]) || !is_surface(own_name))
                          return;
                      make_room(chunk, 1);
-                     chunk.surfaces.push_back({normal, velocity, friction});
+                     std::fill_n(chunk.apart.data() + 4 * chunk.used, 4, S(0));
+                     chunk.surfaces.push_back({normal, velocity, friction, points.radius[i] - distance});
                      chunk.others[chunk.used] = chunk.ids[chunk.used] = own_name;
                      ++chunk.used;
                  });

@@ -71,10 +71,7 @@ struct AerodynamicDrag {
     /// Returns the force [N] on each corner of a facet whose corners have positions x [m] and velocities v [m/s].
     FIRN_INLINE std::array<Vec<S, D>, D> forces(const Element&, const std::array<Vec<S, D>, D>& x,
                                                 const std::array<Vec<S, D>, D>& v) const {
-        Vec<S, D> mean = v[0];
-        unroll<D - 1>([&](auto i) FIRN_LAMBDA { mean = mean + v[i + 1]; });
-        mean = mean * S(1.0 / D) - wind;
-        const Vec<S, D> a = area_vector(x);
+        const Vec<S, D> mean = mean_velocity(v), a = area_vector(x);
         const S area = norm(a);
         const auto there = S(0) < area;
         const S factor = S(-0.5 / D) * density * coefficient * norm(mean) * dot(mean, a);
@@ -82,6 +79,23 @@ struct AerodynamicDrag {
         std::array<Vec<S, D>, D> all;
         all.fill(each);
         return all;
+    }
+
+    /// Returns the largest singular value of the facet's damping matrix −∂f/∂v [N s/m], which bounds its eigenvalues:
+    /// ½ ρ c_d A √(v² + 3 (v·n)²) / D. From the edge on it is that of the force; face on it is twice as much, because
+    /// the force grows with the square of the speed.
+    FIRN_INLINE S damping(const Element&, const std::array<Vec<S, D>, D>& x, const std::array<Vec<S, D>, D>& v) const {
+        const Vec<S, D> mean = mean_velocity(v), a = area_vector(x);
+        const S square = dot(a, a), along = dot(mean, a);  // A √(v² + 3 (v·n)²) = √(A² v² + 3 (v·A n)²)
+        return S(0.5 / D) * density * coefficient * sqrt(square * dot(mean, mean) + S(3) * along * along);
+    }
+
+private:
+    /// Returns the mean velocity of the corners relative to the wind.
+    FIRN_INLINE Vec<S, D> mean_velocity(const std::array<Vec<S, D>, D>& v) const {
+        Vec<S, D> mean = v[0];
+        unroll<D - 1>([&](auto i) FIRN_LAMBDA { mean = mean + v[i + 1]; });
+        return mean * S(1.0 / D) - wind;
     }
 };
 

@@ -16,14 +16,30 @@
 namespace firn {
 
 /// The forces of many elements that follow the same law, such as springs or triangles.
-/// \tparam Law  the law of an element: springs, membranes, drag on facets, … A law must have three members: the type
-///              Law::Element (the data of one element), the number of corners Law::corners = K, and law.forces(element,
-///              x, v), which returns the forces [N] on the K corners; x are the positions [m] and v the velocities
-///              [m/s] of the corners. Optional members are: energy(element, x) [J]; stiffness(element, x) [N/m] and
-///              damping(element) [N s/m], upper bounds for the eigenvalues of the element's stiffness and damping
-///              matrices, which bound the time step; and check(element) and check(), which throw an error if a
-///              parameter is out of range. If K is 2, the law has a number `tear_factor`, and its elements have a
-///              length at rest `rest` [m], then the elements tear as springs do, see SpringDamper::tear_factor.
+///
+/// A law must have three members: the type Law::Element (the data of one element), the number of corners
+/// Law::corners = K, and law.forces(element, x, v), which returns the forces [N] on the K corners. x are the positions
+/// [m] and v the velocities [m/s] of the corners, in arrays of K vectors. Positions are counted from the first corner,
+/// so x[0] is zero: differences of positions are formed in double, and do not lose digits far from the origin. The one
+/// position of an element of one corner is counted from the origin. A law that needs places in space, as an anchor does,
+/// takes a last argument more, `at`: the position of the first corner, as Vec<double, D>. x is then always counted from
+/// the first corner. The members below may take it, too.
+///
+/// Optional members are:
+///
+///     energy(element, x)          elastic energy [J]
+///     stiffness(element, x)       an upper bound for the eigenvalues of the stiffness matrix −∂f/∂x [N/m]
+///     damping(element, x, v)      an upper bound for the eigenvalues of the damping matrix −∂f/∂v [N s/m]; or
+///                                 damping(element), if it depends on neither
+///     check(element), check()     throw an error if a parameter is out of range
+///
+/// Stiffness and damping bound the time step, see ParticleSystem::stable_time_step. If the force of a law depends on
+/// positions and the law has no stiffness(), or on velocities and it has no damping(), then nothing tells that a step is
+/// too large for it.
+///
+/// If K is 2, the law has a number `tear_factor`, and its elements have a length at rest `rest` [m], then the elements
+/// tear as springs do, see SpringDamper::tear_factor.
+/// \tparam Law  the law of an element: springs, membranes, drag on facets, …
 /// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {
@@ -76,8 +92,11 @@ public:
         renew(parts_, size() * K, thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t e = first; e < last; ++e) {
-                const auto of_element =
-                    law.forces(elements_[e], at_corners(points.position, e), at_corners(points.velocity, e));
+                const auto v = at_corners(points.velocity, e);
+                const auto of_element = from_first<has_forces<Place>>(
+                    points, e, [&](const Vectors& x, const auto&... at) FIRN_LAMBDA {
+                        return law.forces(elements_[e], x, v, at...);
+                    });
                 std::copy(of_element.begin(), of_element.end(), parts_.begin() + std::ptrdiff_t(e * K));
             }
         });
@@ -99,7 +118,7 @@ public:
             renew(bounds_, size(), thread_count(threads));
             detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
                 for (std::size_t e = first; e < last; ++e)
-                    bounds_[e] = {double(law.stiffness(elements_[e], at_corners(points.position, e))), damping_of(e)};
+                    bounds_[e] = {stiffness_of(points, e), damping_of(points, e)};
             });
             detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i)
@@ -117,7 +136,8 @@ public:
         prepare(points.size());
         double sum = 0;
         for (std::size_t e = 0; e < size(); ++e)
-            sum += double(law.energy(elements_[e], at_corners(points.position, e)));
+            sum += double(from_first<has_energy<Place>>(
+                points, e, [&](const Vectors& x, const auto&... at) { return law.energy(elements_[e], x, at...); }));
         return sum;
     }
 
@@ -149,8 +169,8 @@ public:
             detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
                 bool any = false;
                 for (std::size_t e = first; e < last; ++e) {
-                    const auto [a, b] = at_corners(points.position, e);
-                    any |= detail::is_too_long(a, b, elements_[e].rest, factors_.square_of(e, of_others));
+                    const auto [a, b] = corners_[e];
+                    any |= detail::is_too_long(points.position[a], points.position[b], elements_[e].rest, factors_.square_of(e, of_others));
                 }
                 if (any) found = true;
             });
@@ -171,10 +191,52 @@ private:
         double(l.tear_factor);
         S(e.rest);
     };
-    static constexpr bool bounds_step =
-        requires(const Law l, const Element e, const std::array<Vec<S, D>, K> x) { l.stiffness(e, x); };
-    double damping_of(std::size_t e) const {
-        if constexpr (requires { law.damping(elements_[e]); })
+    using Vectors = std::array<Vec<S, D>, K>;
+    using Place = Vec<double, D>;
+    template <class... At>
+    static constexpr bool has_forces =
+        requires(const Law l, const Element e, const Vectors x, const At... at) { l.forces(e, x, x, at...); };
+    template <class... At>
+    static constexpr bool has_energy =
+        requires(const Law l, const Element e, const Vectors x, const At... at) { l.energy(e, x, at...); };
+    template <class... At>
+    static constexpr bool has_stiffness =
+        requires(const Law l, const Element e, const Vectors x, const At... at) { l.stiffness(e, x, at...); };
+    template <class... At>
+    static constexpr bool has_damping =
+        requires(const Law l, const Element e, const Vectors x, const At... at) { l.damping(e, x, x, at...); };
+    static constexpr bool has_constant_damping = requires(const Law l, const Element e) { l.damping(e); };
+    static constexpr bool bounds_step = has_stiffness<> || has_stiffness<Place> || has_damping<> ||
+                                        has_damping<Place> || has_constant_damping;
+
+    /// Calls f with the positions of an element's corners, counted from the first one. If `WithPlace`, f gets the
+    /// position of the first one, too.
+    template <bool WithPlace, class F>
+    FIRN_INLINE auto from_first(const PointView<S, D>& points, std::size_t e, const F& f) const {
+        const Corners& corners = corners_[e];
+        const Place first = points.position[corners[0]];
+        Vectors x;
+        x[0] = K == 1 && !WithPlace ? cast<S>(first) : Vec<S, D>::zero();
+        for (std::size_t k = 1; k < K; ++k) x[k] = cast<S>(points.position[corners[k]] - first);
+        if constexpr (WithPlace)
+            return f(x, first);
+        else
+            return f(x);
+    }
+    double stiffness_of(const PointView<S, D>& points, std::size_t e) const {
+        if constexpr (has_stiffness<> || has_stiffness<Place>)
+            return from_first<has_stiffness<Place>>(points, e, [&](const Vectors& x, const auto&... at) {
+                return double(law.stiffness(elements_[e], x, at...));
+            });
+        else
+            return 0;
+    }
+    double damping_of(const PointView<S, D>& points, std::size_t e) const {
+        if constexpr (has_damping<> || has_damping<Place>)
+            return from_first<has_damping<Place>>(points, e, [&](const Vectors& x, const auto&... at) {
+                return double(law.damping(elements_[e], x, at_corners(points.velocity, e), at...));
+            });
+        else if constexpr (has_constant_damping)
             return double(law.damping(elements_[e]));
         else
             return 0;
@@ -201,8 +263,8 @@ private:
         incidence_.clear();
     }
 
-    std::array<Vec<S, D>, K> at_corners(std::span<const Vec<S, D>> values, std::size_t e) const {
-        std::array<Vec<S, D>, K> at;
+    Vectors at_corners(std::span<const Vec<S, D>> values, std::size_t e) const {
+        Vectors at;
         for (std::size_t k = 0; k < K; ++k) at[k] = values[corners_[e][k]];
         return at;
     }

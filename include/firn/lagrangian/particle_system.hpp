@@ -15,6 +15,7 @@
 #include <atomic>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace firn {
 
@@ -43,14 +44,18 @@ struct SystemMoment {
 /// A step does the following, in this order:
 /// 1. Forces, gravity and damping change velocities.
 /// 2. Collisions with other points and with the boundary change velocities.
-/// 3. Points move.
-/// 4. Constraints move their points, so that the distances approach the lengths at rest. This changes velocities, too.
-/// 5. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
-/// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
-/// 7. Constraints and springs tear, see tear(). Points are removed at the end of their life, and emitters add points.
+/// 3. Points move, by their velocities and by the constraints, so that the distances approach the lengths at rest.
+///    Constraints change the velocities, too.
+/// 4. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
+/// 5. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
+/// 6. Constraints and springs tear, see tear(). Points are removed at the end of their life, and emitters add points.
 ///    In the first step, emitters also add the points that are due at the beginning of the step, before everything
 ///    else.
 ///
+/// Positions are in double, whatever S is, and differences of positions are formed in double. All else is in S. So a
+/// float system moves at map coordinates as it does at the origin, in steps of any size. What float loses is the change
+/// of a velocity in a step below 6e-8 of the velocity: at 10 m/s, gravity is off by up to 5 % in steps of 1e-6 s, and
+/// not there in steps of 4e-8 s. Take double where it counts.
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
@@ -74,7 +79,8 @@ public:
 
     PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    /// Function that is called with a warning if a time step is above stable_time_step().
+    /// Function that is called with a warning if a time step is above stable_time_step(), or if the iterations leave
+    /// constraints with larger errors than DistanceConstraints::rigid_tolerance and compliant_tolerance allow.
     using Stepper<D>::warn;
     double damping = 0;  ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
     DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
@@ -83,7 +89,8 @@ public:
     /// system.collisions.emplace(), points collide, with default parameters.
     std::optional<Collisions<S, D>> collisions{};
     Boundary boundary{};     ///< The boundary. Each step also moves the boundary's moving parts.
-    double restitution = 0;  ///< Coefficient of restitution between points and the boundary, from 0 to 1 [1].
+    /// Coefficient of restitution between points and the boundary, from 0 to 1 [1]; see rebound().
+    double restitution = 0;
     int threads = 0;         ///< Number of threads; 0: the number that thread_count() returns.
     /// The facets of the surface, as point indices, for output. A facet is removed if both end points of a torn link
     /// are corners of it.
@@ -162,9 +169,10 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Returns the largest time step [s] for which the springs and dampers are stable at the present positions of the
-    /// points; infinite if there are no springs and dampers. With larger steps, velocities may grow without bound.
-    /// Constraints do not limit the time step.
+    /// Returns the largest time step [s] for which the forces are stable, by the stiffness and damping that they have at
+    /// the present positions and velocities of the points; infinite if there are no such forces. With larger steps,
+    /// velocities may grow without bound. Constraints do not limit the time step. Forces of your own limit it by what
+    /// they say of themselves: see ElementForces, ForceOnEach and point_force.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
@@ -310,14 +318,17 @@ private:
             check_finite(dt);
             kick(dt);
             if (collisions) {
-                collisions->find(points, boundary, restitution, threads);
+                collisions->find(points, boundary, restitution, threads, approach(now_.last_time_step, -dt / 2));
                 collisions->change_velocities(points, threads);
             }
-            drift(dt);
-            if (constraints.size() > 0) keep_distances(dt);
+            if (constraints.size() > 0)
+                keep_distances(dt);
+            else
+                drift(dt);
             boundary = advanced(boundary, dt);
             if (collisions) collisions->shift(points, threads);
-            if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
+            if constexpr (!std::same_as<Boundary, NoBoundary>) 
+                meet_surfaces(points, boundary, restitution, threads, approach(dt, dt / 2));
             is_overlong = constraints.is_overlong(points.position, threads);
             for (const auto& force : forces_)
                 is_overlong = is_overlong || force.is_overlong(points.view(now_.time), threads);
@@ -328,20 +339,23 @@ private:
         emit();
     }
 
-    /// Returns a warning if the time step dt is above stable_time_step(), otherwise an empty text. The bound
-    /// stable_time_step() is computed again every 64 steps, and after forces or points are added or removed.
+    /// Returns a warning if there is something to warn of before a step of length dt, otherwise an empty text: if the
+    /// step is above stable_time_step(), or if look_at_constraints() has found something. The bound stable_time_step()
+    /// is computed again every 64 steps, and after forces or points are added or removed.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
+        if (!to_say_.empty()) return std::exchange(to_say_, {});
         const double ratio = dt / largest_step_;  // infinite if largest_step_ is 0
         if (!(ratio >= warned_ratio_) || std::isinf(warned_ratio_)) return {};
         warned_ratio_ = 1.2 * ratio;
         if (!warn) return {};
         return sentence("the time step of ", dt, " s is ", ratio, " times the bound of ", largest_step_,
-                        " s of the springs and dampers at step ", now_.steps, "; points may fly apart.");
+                        " s of the forces at step ", now_.steps, "; points may fly apart.");
     }
 
-    FIRN_INLINE static S total(const Vec<S, D>& a) {
-        S sum = a[0];
+    template <class T>
+    FIRN_INLINE static T total(const Vec<T, D>& a) {
+        T sum = a[0];
         unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
         return sum;
     }
@@ -351,9 +365,9 @@ private:
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // stays 0 if all components are finite; 0 times infinity or NaN is NaN
+            double all = 0;  // stays 0 if all components are finite; 0 times infinity or NaN is NaN
             for (std::size_t i = first; i < last; ++i)
-                all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
+                all += (total(points.position[i]) + double(total(points.velocity[i]) + total(force_[i]))) * 0.0;
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
@@ -377,7 +391,7 @@ private:
             detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
             " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
             dt > largest_step_ ? sentence("The step of ", dt, " s is ", dt / largest_step_, " times the bound of ",
-                                          largest_step_, " s of the springs and dampers; take a smaller one.")
+                                          largest_step_, " s of the forces; take a smaller one.")
                                : std::string("Check the values set by hand and your own forces.")));
     }
 
@@ -396,36 +410,71 @@ private:
         });
     }
 
+    /// Returns how the points have come to their positions, see Approach.
+    auto approach(double step, double lag) const {
+        const auto acceleration = [this, g = cast<S>(gravity)](std::size_t i) FIRN_LAMBDA {
+            return g + force_[i] * points.inverse_mass[i];
+        };
+        return Approach<decltype(acceleration)>{step, lag, acceleration};
+    }
+
+    /// Moves the points by their velocities.
     void drift(double dt) {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;
+            double all = 0;
             for (std::size_t i = first; i < last; ++i) {
-                points.position[i] += points.velocity[i] * S(dt);
-                all += total(points.position[i]) * S(0);
+                points.position[i] += cast<double>(points.velocity[i]) * dt;
+                all += total(points.position[i]) * 0.0;
             }
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, half_way);
     }
 
+    /// Moves the points by their velocities and by the constraints, which change the velocities, too.
     void keep_distances(double dt) {
-        renew(moved_, points.size(), thread_count(threads));
-        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            std::copy(points.position.data() + first, points.position.data() + last, moved_.data() + first);
-        });
-        constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
-        const S per_dt = S(1 / dt);
+        for (auto* way : {&moved_, &free_}) renew(*way, points.size(), thread_count(threads));
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             S all = 0;
             for (std::size_t i = first; i < last; ++i) {
-                points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
-                all += total(points.velocity[i]) * S(0);
+                moved_[i] = free_[i] = points.velocity[i] * S(dt);
+                all += total(moved_[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
+        });
+        if (!wrong) {  // else no point shall spoil others
+            constraints.solve(points.position, moved_, points.inverse_mass, dt, iterations, threads);
+            look_at_constraints();
+        }
+        const S per_dt = S(1 / dt);
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            double all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.position[i] += cast<double>(moved_[i]);
+                points.velocity[i] += (moved_[i] - free_[i]) * per_dt;
+                all += (total(points.position[i]) + double(total(points.velocity[i]))) * 0.0;
             }
             if (!(all == 0)) wrong = true;
         });
         if (wrong) throw_not_finite(dt, half_way);
+    }
+    /// Looks, once in 32 steps, whether the iterations have solved the constraints.
+    void look_at_constraints() {
+        if (has_warned_of_constraints_ || !warn || now_.steps % 32 != 31) return;
+        const ConstraintErrors errors = constraints.errors(threads);
+        const bool of_rigid = errors.rigid() > constraints.rigid_tolerance;
+        if (!of_rigid && !(errors.compliant() > constraints.compliant_tolerance)) return;
+        has_warned_of_constraints_ = true;
+        to_say_ = sentence(
+            "at step ", now_.steps, ", ", iterations, " iterations leave ",
+            of_rigid ? sentence("rigid constraints ", errors.rigid(), " of their length too long or too short")
+                     : sentence("compliant constraints with an error of ", errors.compliant(), " of their stretch"),
+            " (root mean square; the worst, between points ", points.id[errors.ends[0]], " and ",
+            points.id[errors.ends[1]], ", by ", errors.worst,
+            " of its length). So stiffness depends on iterations and time step. Take smaller steps, or more iterations; "
+            "or set DistanceConstraints::", of_rigid ? "rigid_tolerance" : "compliant_tolerance", ".");
     }
     static constexpr const char* half_way = "The points are invalid; go on from the last state written.";
 
@@ -476,8 +525,11 @@ private:
     std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
     std::vector<Torn> torn_;
-    aligned_vector<Vec<S, D>> force_, moved_;
+    aligned_vector<Vec<S, D>> force_;         // on each point [N]
+    aligned_vector<Vec<S, D>> moved_, free_;  // displacement of each point in the step, with and without constraints [m]
     double largest_step_ = 0, warned_ratio_ = 1;
+    bool has_warned_of_constraints_ = false;
+    std::string to_say_;  // a warning that is given before the next step
 };
 
 /// Deduces the scalar type and the dimension from a boundary, as in firn::ParticleSystem system(firn::Together(walls,

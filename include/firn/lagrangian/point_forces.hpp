@@ -35,6 +35,10 @@ struct DragOnPoints {
 
 /// A force that is defined by a function of the user. The function of_point(points, i) must return the force [N] on the
 /// point with index i. Several threads call this function at the same time.
+///
+/// A function object of_point may also have the members stiffness(points, i) [N/m] and damping(points, i) [N s/m]:
+/// upper bounds for the eigenvalues of −∂f/∂x and −∂f/∂v at this point. They bound the time step, see
+/// ParticleSystem::stable_time_step. Without them, nothing tells that a step is too large for the force.
 /// \tparam OfPoint  callable as of_point(const PointView<S, D>&, std::size_t), returns Vec<S, D>
 template <class OfPoint>
 struct ForceOnEach {
@@ -46,6 +50,19 @@ struct ForceOnEach {
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) const {
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) force[i] += of_point(points, i);
+        });
+    }
+    /// Adds the stiffness [N/m] and damping [N s/m] that of_point says to two arrays, which have one entry per point.
+    template <class S, int D>
+    void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
+                       int threads) const {
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                if constexpr (requires { of_point.stiffness(points, i); })
+                    stiffness[i] += double(of_point.stiffness(points, i));
+                if constexpr (requires { of_point.damping(points, i); })
+                    damping[i] += double(of_point.damping(points, i));
+            }
         });
     }
 };

@@ -21,13 +21,15 @@ namespace firn {
 
 /// A read-only view of all points of a system, for functions that compute forces. Element i of every field belongs to
 /// the point with index i.
+///
+/// Positions are in double. Form the difference of two positions first, and then round it: cast<S>(x_b − x_a).
 template <class S, int D>
 struct PointView {
-    std::span<const Vec<S, D>> position;  ///< Positions [m].
-    std::span<const Vec<S, D>> velocity;  ///< Velocities [m/s].
-    std::span<const S> mass;              ///< Masses [kg].
-    std::span<const S> radius;            ///< Radii [m].
-    double time = 0;                      ///< Present time [s].
+    std::span<const Vec<double, D>> position;  ///< Positions [m].
+    std::span<const Vec<S, D>> velocity;       ///< Velocities [m/s].
+    std::span<const S> mass;                   ///< Masses [kg].
+    std::span<const S> radius;                 ///< Radii [m].
+    double time = 0;                           ///< Present time [s].
 
     /// Returns the number of points.
     std::size_t size() const { return position.size(); }
@@ -50,21 +52,24 @@ struct PointMass {
 /// the point with index i. The index of a point may change when other points are removed, but the id of a point never
 /// changes. place() returns the index of the point with a given id.
 ///
+/// Positions are stored in double, all else in S. So the small motions of single steps are not lost by rounding, and a
+/// system behaves far from the origin as it does near it.
+///
 /// A point can be pinned; its inverse mass is then 0. A pinned point moves with its present velocity. Forces,
 /// constraints and collisions do not change this velocity.
 template <std::floating_point S, int D>
 struct PointMasses {
     using V = Vec<S, D>;  ///< A vector in space.
 
-    FieldArray<V> position;           ///< Positions [m].
-    FieldArray<V> velocity;           ///< Velocities [m/s].
-    FieldArray<S> mass;               ///< Masses [kg].
-    FieldArray<S> inverse_mass;       ///< 1/mass, or 0 for a pinned point [1/kg].
-    FieldArray<S> radius;             ///< Radii, for collisions and drag [m].
-    FieldArray<S> since;              ///< Time by which the velocity lags behind the position [s]; see Verlet.
-    FieldArray<std::uint32_t> group;  ///< Groups for collisions; see PointMass::group.
-    FieldArray<std::uint32_t> id;     ///< Ids, ascending. The id of a point never changes.
-    FieldArray<double> end;           ///< Times at which points are removed [s].
+    FieldArray<Vec<double, D>> position;  ///< Positions [m].
+    FieldArray<V> velocity;               ///< Velocities [m/s].
+    FieldArray<S> mass;                   ///< Masses [kg].
+    FieldArray<S> inverse_mass;           ///< 1/mass, or 0 for a pinned point [1/kg].
+    FieldArray<S> radius;                 ///< Radii, for collisions and drag [m].
+    FieldArray<S> since;                  ///< Time by which the velocity lags behind the position [s]; see Verlet.
+    FieldArray<std::uint32_t> group;      ///< Groups for collisions; see PointMass::group.
+    FieldArray<std::uint32_t> id;         ///< Ids, ascending. The id of a point never changes.
+    FieldArray<double> end;               ///< Times at which points are removed [s].
 
     /// Calls f(info, member) for every field above. `info` is the FieldInfo that describes the field, and `member` is a
     /// pointer to the field as a member of PointMasses, such as &PointMasses::position.
@@ -74,7 +79,7 @@ struct PointMasses {
         using enum FieldRole;
         using enum FieldRange;
         using P = PointMasses;
-        f(FieldInfo{"position", "m", vector, motion}, &P::position);
+        f(FieldInfo{"position", "m", vector, motion, {}, finite, FieldNumber::float64}, &P::position);
         f(FieldInfo{"velocity", "m/s", vector, motion}, &P::velocity);
         f(FieldInfo{"mass", "kg", scalar, given, {}, positive}, &P::mass);
         f(FieldInfo{"inverse_mass", "1/kg", scalar, given, {}, not_negative}, &P::inverse_mass);
@@ -176,7 +181,7 @@ struct PointMasses {
     std::uint32_t add(const PointMass<D>& point) {
         check(point, next_id());
         const std::size_t i = append(ids_.give());
-        position[i] = cast<S>(point.position);
+        position[i] = point.position;
         velocity[i] = cast<S>(point.velocity);
         mass[i] = S(point.mass);
         inverse_mass[i] = 1 / mass[i];

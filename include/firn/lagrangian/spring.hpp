@@ -98,20 +98,23 @@ struct Anchor {
     static constexpr int corners = 1;  ///< Number of points that an anchor pulls.
     /// The data of one anchor.
     struct Element {
-        Vec<S, D> place{};   ///< Position x₀ to which the point is pulled [m].
-        S stiffness = S(0);  ///< Stiffness k_s [N/m].
-        S damping = S(0);    ///< Damping k_d [N s/m].
+        Vec<double, D> place{};  ///< Position x₀ to which the point is pulled [m].
+        S stiffness = S(0);      ///< Stiffness k_s [N/m].
+        S damping = S(0);        ///< Damping k_d [N s/m].
     };
 
-    /// Returns the force [N] on the one point of an anchor, with position x[0] [m] and velocity v[0] [m/s].
+    /// Returns the force [N] on the one point of an anchor, with position x[0] [m], counted from the position `at` [m],
+    /// and velocity v[0] [m/s].
     FIRN_INLINE std::array<Vec<S, D>, 1> forces(const Element& held, const std::array<Vec<S, D>, 1>& x,
-                                                const std::array<Vec<S, D>, 1>& v) const {
-        return {(held.place - x[0]) * held.stiffness - v[0] * held.damping};
+                                                const std::array<Vec<S, D>, 1>& v,
+                                                const Vec<double, D>& at = {}) const {
+        return {(cast<S>(held.place - at) - x[0]) * held.stiffness - v[0] * held.damping};
     }
 
-    /// Returns the elastic energy [J] of an anchor whose point is at x [m]: ½ k_s |x₀ − x|².
-    FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x) const {
-        const Vec<S, D> away = held.place - x[0];
+    /// Returns the elastic energy [J] of an anchor whose point is at x [m], counted from the position `at` [m]:
+    /// ½ k_s |x₀ − x|².
+    FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x, const Vec<double, D>& at = {}) const {
+        const Vec<S, D> away = cast<S>(held.place - at) - x[0];
         return S(0.5) * held.stiffness * dot(away, away);
     }
 

@@ -104,8 +104,8 @@ private:
 /// \param rest    length at rest [m]
 /// \param square  squared tear factor
 template <std::floating_point S, int D>
-FIRN_INLINE bool is_too_long(const Vec<S, D>& a, const Vec<S, D>& b, S rest, S square) {
-    const Vec<S, D> along = b - a;
+FIRN_INLINE bool is_too_long(const Vec<double, D>& a, const Vec<double, D>& b, S rest, S square) {
+    const Vec<S, D> along = cast<S>(b - a);
     return bool((S(0) < rest) & (square * rest * rest < dot(along, along)));
 }
 
@@ -186,7 +186,7 @@ inline std::vector<Torn> each_once(std::vector<Torn> torn) {
 /// \param links     all constraints and springs
 /// \param position  position of each point [m]
 template <std::floating_point S, int D>
-std::vector<Torn> torn_links(std::span<const TearingLink<S>> links, std::span<const Vec<S, D>> position) {
+std::vector<Torn> torn_links(std::span<const TearingLink<S>> links, std::span<const Vec<double, D>> position) {
     std::vector<Torn> torn;
     for (const TearingLink<S>& link : links)
         if (is_too_long(position[link.ends[0]], position[link.ends[1]], link.rest, link.square))

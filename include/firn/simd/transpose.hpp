@@ -60,4 +60,49 @@ FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
     detail::transpose_groups(r);
 }
 
+namespace detail {
+/// Returns a register with the numbers of several quads, one after another: quad(0), quad(1), …
+/// \param quad  quad(j) returns a pack of four numbers
+template <class P, int First = 0, class Quad>
+FIRN_INLINE auto joined(const Quad& quad) {
+    constexpr int N = scalar_traits<P>::lanes;
+    if constexpr (N == 4) {
+        return quad(std::integral_constant<int, First>{});
+    } else {
+        using Half = pack<value_type_t<P>, N / 2>;
+        const Half low = joined<Half, First>(quad), high = joined<Half, First + N / 8>(quad);
+        return [&]<int... I>(std::integer_sequence<int, I...>) FIRN_LAMBDA {
+            return P(__builtin_shufflevector(low.lanes, high.lanes, I...));
+        }(std::make_integer_sequence<int, N>{});
+    }
+}
+}  // namespace detail
+
+/// Reads one quad for each lane, from anywhere in an array of quads. r[k] gets the k-th numbers.
+/// \param of_lane  of_lane(l) returns the index of the quad of lane l
+template <class P, class OfLane>
+FIRN_INLINE void load_quads_of(const value_type_t<P>* quads, const OfLane& of_lane, P (&r)[4]) {
+    using Row = pack<value_type_t<P>, 4>;
+    unroll<4>([&](auto k) FIRN_LAMBDA {
+        r[k] = detail::joined<P>(
+            [&](auto j) FIRN_LAMBDA { return Row::load(quads + 4 * std::size_t(of_lane(4 * j + k))); });
+    });
+    detail::transpose_groups(r);
+}
+
+/// Writes one quad for each lane, to anywhere in an array of quads. No two lanes must have the same quad.
+/// \param r        r[k] has the k-th numbers; afterwards, `r` is transposed
+/// \param of_lane  of_lane(l) returns the index of the quad of lane l
+template <class P, class OfLane>
+FIRN_INLINE void store_quads_of(P (&r)[4], value_type_t<P>* quads, const OfLane& of_lane) {
+    using Row = pack<value_type_t<P>, 4>;
+    detail::transpose_groups(r);
+    unroll<4>([&](auto k) FIRN_LAMBDA {
+        unroll<scalar_traits<P>::lanes / 4>([&](auto j) FIRN_LAMBDA {
+            Row(__builtin_shufflevector(r[k].lanes, r[k].lanes, 4 * j, 4 * j + 1, 4 * j + 2, 4 * j + 3))
+                .store(quads + 4 * std::size_t(of_lane(4 * j + k)));
+        });
+    });
+}
+
 }  // namespace firn

@@ -34,7 +34,8 @@ public:
         renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                position_[i] = velocity_[i] = Vec<S, D>::zero();  // the point keeps zeros if its particle was removed
+                position_[i] = Vec<double, D>::zero();  // the point keeps zeros if its particle was removed
+                velocity_[i] = Vec<S, D>::zero();
                 radius_[i] = mass_[i] = 0;
                 slot_[i] = no_particle;
             }
@@ -44,7 +45,7 @@ public:
                 const std::uint32_t id = particles.id(slot);
                 if (id == no_particle || !body_.holds(id)) continue;
                 const std::size_t i = id - body_.first;
-                position_[i] = particles.position(slot);
+                position_[i] = particles.exact_position(slot);
                 velocity_[i] = particles.velocity(slot);
                 mass_[i] = particles.mass(slot);
                 slot_[i] = std::uint32_t(slot);
@@ -80,7 +81,8 @@ public:
 
 private:
     Body body_;
-    aligned_vector<Vec<S, D>> position_, velocity_;
+    aligned_vector<Vec<double, D>> position_;
+    aligned_vector<Vec<S, D>> velocity_;
     aligned_vector<S> mass_, radius_;
     aligned_vector<std::uint32_t> slot_;
     std::size_t lost_ = 0;

@@ -160,6 +160,38 @@ TEST_CASE("What no run could have written is refused, whatever the numbers", "[i
     CHECK(refused([](auto& s) { parameter_of(s, "1_rotation")[0] = 2; }));
 }
 
+TEST_CASE("Positions go on in double; states of an earlier firn have them rounded", "[io]") {
+    auto system = Banner{}.made(1);
+    go(system, before);
+    const auto state = state_of(system);
+    const auto restored = [&](const auto& change) {
+        auto other = state;
+        change(other);
+        auto next = Banner{}.made(1);
+        restore(next, other);
+        return next;
+    };
+    CHECK(restored([](auto&) {}).points.position == system.points.position);
+    const auto rounded = restored([](auto& s) {
+        std::erase_if(s.tables, [](const StateTable& each) { return each.name == "position"; });
+    });
+    CHECK(rounded.points.position != system.points.position);
+    for (std::size_t i = 0; i < system.points.size(); ++i)
+        CHECK(rounded.points.position[i] == cast<double>(cast<float>(system.points.position[i])));
+
+    const auto refused = [&](const auto& change) {
+        auto other = state;
+        change(other);
+        return states::holds(refusal(Banner{}.made(1), other), "'position' is invalid");
+    };
+    CHECK(refused([](auto& s) { table_of(s, "position")[5] = std::bit_cast<std::int64_t>(0.3); }));
+    CHECK(refused([](auto& s) { table_of(s, "position")[5] = std::bit_cast<std::int64_t>(std::nan("")); }));
+    CHECK(refused([](auto& s) { table_of(s, "position").resize(3); }));
+    CHECK(refused([](auto& s) { field_of(s, "position")[5] += 1; }));
+    CHECK(std::ranges::none_of(state_after(Fountain<Verlet>{}, 1).tables,
+                               [](const StateTable& each) { return each.name == "position"; }));
+}
+
 TEST_CASE("Any number of a state, made any other, is taken over or refused, and does no harm", "[io]") {
     const auto check = [](const auto& scene) {
         using S = typename std::remove_cvref_t<decltype(scene)>::System::scalar_type;

@@ -31,12 +31,14 @@ std::multiset<Pair> found(const CollisionGrid<S, D>& grid, double reach) {
     for (std::size_t k = 0; k < grid.size(); ++k)
         for (const SortedRange& range : neighbours.of(k))
             for (std::size_t j = range.begin; j < range.end; ++j) {
-                double square = 0;
+                const auto along = grid.position(j) - grid.position(k);
+                double square = 0;  // by the rounded coordinates
                 for (int a = 0; a < D; ++a) {
-                    const double along = double(grid.coordinates(a)[j]) - double(grid.coordinates(a)[k]);
-                    square += along * along;
+                    const double by = double(grid.coordinates(a)[j]) - double(grid.coordinates(a)[k]);
+                    square += by * by;
                 }
-                if (square <= reach * reach) pairs.insert({grid.place(k), grid.place(j)});
+                REQUIRE(std::abs(std::sqrt(square) - norm(along)) <= grid.error_of_distance());
+                if (dot(along, along) <= reach * reach) pairs.insert({grid.place(k), grid.place(j)});
             }
     return pairs;
 }
@@ -46,7 +48,7 @@ std::multiset<Pair> by_definition(const PointMasses<S, D>& points, double reach)
     std::multiset<Pair> pairs;
     for (std::uint32_t i = 0; i < points.size(); ++i)
         for (std::uint32_t j = 0; j < points.size(); ++j) {
-            const auto along = cast<double>(points.position[j]) - cast<double>(points.position[i]);
+            const auto along = points.position[j] - points.position[i];
             if (points.radius[i] > 0 && points.radius[j] > 0 && dot(along, along) <= reach * reach)
                 pairs.insert({i, j});
         }
@@ -120,8 +122,8 @@ TEST_CASE("collision grid: the order is that of cells, then of places, for any n
         }
         const auto cell = [&](std::uint32_t i, int a) {
             double lower = 1e9;
-            for (const auto& x : points.position) lower = std::min(lower, double(x[a]));
-            return std::floor((double(points.position[i][a]) - lower) / (2 * double(0.02f) * (1 + 1e-6)));
+            for (const auto& x : points.position) lower = std::min(lower, x[a]);
+            return std::floor((points.position[i][a] - lower) / (2 * double(0.02f) * (1 + 1e-6)));
         };
         for (const std::size_t k : {std::size_t(100), first.size() / 2, first.size() - 2}) {
             const std::uint32_t i = first[k], j = first[k + 1];

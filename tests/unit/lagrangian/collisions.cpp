@@ -52,7 +52,7 @@ double energy(const PointMasses<S, D>& points) {
 
 /// Σ m f, of velocities or positions, with a rounding far below that of S.
 template <class S, int D>
-Vec<long double, D> moment(const PointMasses<S, D>& points, const FieldArray<Vec<S, D>>& field) {
+Vec<long double, D> moment(const PointMasses<S, D>& points, const auto& field) {
     auto sum = Vec<long double, D>::zero();
     for (std::size_t i = 0; i < points.size(); ++i)
         for (int a = 0; a < D; ++a) sum[a] += (long double)(points.mass[i]) * (long double)(field[i][a]);
@@ -88,7 +88,7 @@ TEMPLATE_TEST_CASE_SIG("collisions: contacts are those of a search of all pairs,
     for (std::uint32_t i = 0; i < points.size(); ++i)
         for (std::uint32_t j = 0; j < points.size(); ++j) {
             const auto apart = points.position[i] - points.position[j];
-            const S reach = points.radius[i] + points.radius[j];
+            const double reach = double(points.radius[i]) + double(points.radius[j]);
             if (i != j && points.radius[i] > 0 && points.radius[j] > 0 && norm(apart) < reach) expected.insert({i, j});
         }
     REQUIRE(expected.size() > 1000);
@@ -270,7 +270,7 @@ TEMPLATE_TEST_CASE_SIG("collisions: points in one place are parted along a direc
         for (int i = 0; i < 3; ++i) points.add({.position = Vec<double, D>::filled(0.5), .mass = 2, .radius = 0.1});
         points.add({.position = beside, .radius = 0.1});
         points.remove_if([&](std::size_t i) { return i == (with_another_before ? 2 : 0); });
-        if (with_another_before) points.position[0] = Vec<S, D>::filled(9);
+        if (with_another_before) points.position[0] = Vec<double, D>::filled(9);
         Collisions<S, D> collisions;
         collisions.restitution = 1;
         collisions.apply(points);
@@ -347,7 +347,7 @@ TEST_CASE("collisions: the same bits for any number of threads", "[lagrangian]")
         collisions.friction = 0.4;
         for (int step = 0; step < 3; ++step) {
             collisions.apply(points, threads);
-            for (std::size_t i = 0; i < points.size(); ++i) points.position[i] += points.velocity[i] * 0.01f;
+            for (std::size_t i = 0; i < points.size(); ++i) points.position[i] += cast<double>(points.velocity[i]) * 0.01;
         }
         ends.push_back(points);
     }

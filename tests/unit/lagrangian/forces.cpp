@@ -366,6 +366,111 @@ TEST_CASE("the bound of the step is where an oscillator begins to grow, and a st
     }
 }
 
+TEMPLATE_TEST_CASE_SIG("the air's damping on a facet is the largest singular value of its matrix", "[lagrangian]",
+                       ((int D), D), 2, 3) {
+    using W = Vec<double, D>;
+    using Corners = std::array<W, std::size_t(D)>;
+    test_support::Random random(6);
+    for (int k = 0; k < 30; ++k) {
+        const AerodynamicDrag<double, D> law{1.2, 1.1, random.vector<D>(-5, 5)};
+        Corners x, v;
+        for (auto& each : x) each = random.vector<D>(-1, 1);
+        for (auto& each : v) each = random.vector<D>(-3, 3);
+        const auto change = [&](const Corners& by) {  // −∂f/∂v times it, by differences
+            Corners above = v, below = v, all;
+            for (std::size_t i = 0; i < D; ++i) above[i] += by[i] * 1e-5, below[i] -= by[i] * 1e-5;
+            const auto at_above = law.forces({}, x, above), at_below = law.forces({}, x, below);
+            for (std::size_t i = 0; i < D; ++i) all[i] = (at_below[i] - at_above[i]) * 5e4;
+            return all;
+        };
+        Mat<double, D * D> matrix{};  // column by column
+        for (int column = 0; column < D * D; ++column) {
+            Corners one{};
+            one.fill(W::zero());
+            one[std::size_t(column / D)][column % D] = 1;
+            const Corners felt = change(one);
+            for (int row = 0; row < D * D; ++row) matrix(row, column) = felt[std::size_t(row / D)][row % D];
+        }
+        Vec<double, D * D> u = Vec<double, D * D>::filled(1);
+        u[0] = 0.3;
+        double largest = 0;
+        for (int i = 0; i < 200; ++i) {  // powers of AᵀA
+            u = transpose(matrix) * (matrix * u);
+            largest = std::sqrt(norm(u));
+            u = u * (1 / norm(u));
+        }
+        CHECK(law.damping({}, x, v) == Approx(largest).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("the air bounds the step: below the bound no cloth overtakes the wind, beyond it the system warns",
+          "[lagrangian]") {
+    const Net<3> net = sheet(8, 0.1);
+    const auto fastest = [&](double dt, std::string& said, double& bound) {
+        ParticleSystem<3, double> system;
+        system.gravity = Vec<double, 3>::zero();
+        system.warn = [&](const std::string& text) { said += text; };
+        system.add(net, {.masses = facet_masses(net, 0.05)});
+        system.add_force(aerodynamic_surface_of<double>(net, {.wind = {0, 0, 50}}));
+        bound = system.stable_time_step();
+        double most = 0;
+        for (int i = 0; i < 60; ++i) {
+            system.step(dt);
+            for (const auto& v : system.points.velocity) most = std::max(most, v[2]);
+        }
+        return most;
+    };
+    // dv/dt = ½ ρ c_d (50 − v)²/0.05 = 12 (50 − v)², whose rate of decay is 1,200/s at first: 2/1,200 s.
+    std::string said;
+    double bound = 0;
+    CHECK(fastest(8e-4, said, bound) <= 50);
+    CHECK(bound == Approx(2.0 / 1200));
+    CHECK(said.empty());
+    CHECK(fastest(5e-3, said, bound) > 60);
+    CHECK(said.find("3 times the bound of 0.00166") != std::string::npos);
+}
+
+namespace {
+
+/// Drag by the cube of the speed, on an element of one point.
+struct CubicDrag {
+    using scalar_type = double;
+    static constexpr int corners = 1;
+    struct Element {};
+    std::array<V, 1> forces(const Element&, const std::array<V, 1>&, const std::array<V, 1>& v) const {
+        return {v[0] * -dot(v[0], v[0])};
+    }
+    double damping(const Element&, const std::array<V, 1>&, const std::array<V, 1>& v) const {
+        return 3 * dot(v[0], v[0]);
+    }
+};
+/// The same, as a function of points.
+struct CubicDragOnEach {
+    V operator()(const PointView<double, 2>& points, std::size_t i) const {
+        return points.velocity[i] * -dot(points.velocity[i], points.velocity[i]);
+    }
+    double damping(const PointView<double, 2>& points, std::size_t i) const {
+        return 3 * dot(points.velocity[i], points.velocity[i]);
+    }
+    double stiffness(const PointView<double, 2>&, std::size_t) const { return 800; }
+};
+
+}  // namespace
+
+TEST_CASE("forces of one's own bound the step by what they say of themselves", "[lagrangian]") {
+    ParticleSystem<2, double> system;
+    system.points.add({.velocity = {3, 4}, .mass = 5});
+    CHECK(std::isinf(system.stable_time_step()));
+    ElementForces<CubicDrag, 2> law;
+    law.add({0});
+    system.add_force(std::move(law));
+    CHECK(system.stable_time_step() == Approx(2 / 15.0));  // 2 m/c, c = 75 kg/s
+    system.add_force(ForceOnEach{CubicDragOnEach{}});
+    CHECK(system.stable_time_step() == Approx(4 / (30 + std::sqrt(900 + 4 * 160.0))));
+    system.add_force(ForceOnEach{[](const PointView<double, 2>&, std::size_t) { return V{1, 0}; }});
+    CHECK(system.stable_time_step() == Approx(4 / (30 + std::sqrt(900 + 4 * 160.0))));
+}
+
 TEST_CASE("what blows up stops with the point, the step and the likely cause, and nothing has moved", "[lagrangian]") {
     ParticleSystem<2, double> system;
     for (int i = 0; i < 3000; ++i) system.points.add({.position = {{double(i), 0}}});

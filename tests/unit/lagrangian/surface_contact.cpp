@@ -270,8 +270,8 @@ TEST_CASE("surface contact: points in float follow a boundary in double, the sam
         CHECK(points.velocity == serial.velocity);
     }
     for (const auto& x : serial.position) {
-        REQUIRE(norm(x - Vec<float, 3>{{0.5f, 0.5f, 0.5f}}) > 0.2f + 0.0199f);
-        for (int a = 0; a < 3; ++a) REQUIRE(std::abs(x[a] - 0.5f) < 0.4801f);
+        REQUIRE(norm(x - Vec<double, 3>{{0.5, 0.5, 0.5}}) > 0.2 + 0.0199);
+        for (int a = 0; a < 3; ++a) REQUIRE(std::abs(x[a] - 0.5) < 0.4801);
     }
 }
 
