@@ -12,7 +12,8 @@
 #include <string>
 #include <string_view>
 
-namespace firn {
+// Not in the build's namespace: a file may catch what a file of another build throws.
+namespace firn {  // whatever the build
 
 /// Base of every exception that firn throws.
 struct error : std::runtime_error {
@@ -58,6 +59,10 @@ struct device_error : error {
 struct usage_error : error {
     using error::error;
 };
+
+}  // namespace firn
+
+namespace firn {
 
 namespace detail {
 

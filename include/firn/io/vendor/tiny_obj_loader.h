@@ -4,6 +4,7 @@
 #pragma GCC system_header
 #define FIRN_TINYOBJLOADER_USE_DOUBLE
 #define FIRN_TINYOBJLOADER_IMPLEMENTATION
+#include <firn/core/build.hpp>
 
 /*
 The MIT License (MIT)
@@ -75,7 +76,7 @@ THE SOFTWARE.
 #include <string>
 #include <vector>
 
-namespace firn_tinyobj {
+namespace firn_tinyobj::inline FIRN_BUILD {
 
 // TODO(syoyo): Better C++11 detection for older compiler
 #if __cplusplus > 199711L
@@ -657,7 +658,7 @@ bool ParseTextureNameAndOption(std::string *texname, texture_option_t *texopt,
 
 /// =<<========== Legacy v1 API =============================================
 
-}  // namespace firn_tinyobj
+}  // namespace firn_tinyobj::inline FIRN_BUILD
 
 #endif  // FIRN_TINY_OBJ_LOADER_H_
 
@@ -697,7 +698,7 @@ bool ParseTextureNameAndOption(std::string *texname, texture_option_t *texopt,
 
 #endif  // FIRN_TINYOBJLOADER_USE_MAPBOX_EARCUT
 
-namespace firn_tinyobj {
+namespace firn_tinyobj::inline FIRN_BUILD {
 
 inline MaterialReader::~MaterialReader() {}
 
@@ -3501,7 +3502,7 @@ inline bool ObjReader::ParseFromString(const std::string &obj_text,
 #ifdef __clang__
 #pragma clang diagnostic pop
 #endif
-}  // namespace firn_tinyobj
+}  // namespace firn_tinyobj::inline FIRN_BUILD
 
 #endif
 
