@@ -132,7 +132,8 @@ public:
         self().simulation().warn_of_spacing(source.samples);
         self().mine().add(source, self().simulation().moment());
     }
-    /// Adds a sink, which removes the particles in its box at the end of every step.
+    /// Adds a sink, which removes the particles that are in its box at the end of a step, or have come through it
+    /// during the step.
     /// \throws parameter_error  if `upper` is below `lower` along an axis
     void add_sink(const Sink<D>& sink) {
         sink.check();
