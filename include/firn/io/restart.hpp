@@ -58,7 +58,8 @@ public:
         particles.reserve(n_);
         for (std::size_t i = 0; i < n_; ++i) {
             Vec<double, D> position{};
-            std::copy_n(x + row(i) * D, D, position.v);
+            for (int a = 0; a < D; ++a)  // a position on a face, rounded to T, may lie outside
+                position[a] = snapped_to_faces<T>(particles.domain(), a, double(x[row(i) * D + std::size_t(a)]));
             particles.skip_ids(std::uint32_t(id(i)));
             particles.push_back(position);
         }
@@ -347,8 +348,8 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
         restore_parameters(made.volume, state, "volumetric");
     }
     if (state.size() > 0)
-        check_positions<double, D>(state.size(), simulation.domain(),
-                                   [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
+        check_positions<double, D, S>(state.size(), simulation.domain(),
+                                      [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
     stored.readiness.restore(!made.converted);
     if (made.converted) return made;
 

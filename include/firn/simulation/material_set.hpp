@@ -240,7 +240,7 @@ struct MaterialSet {
     ///                         particle
     void check_positions() {
         if (!readiness.is(Readiness::inside))
-            firn::check_positions<double, D>(
+            firn::check_positions<double, D, S>(
                 particles.slots(), particles.domain(),
                 [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
                 [&](std::size_t i) { return particles.id(i); });
@@ -402,8 +402,8 @@ private:
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite in the simulation's precision."));
         if (!x.empty() || part.count == 0)
-            firn::check_positions<double, D>(x.size(), particles.domain(),
-                                             [&](std::size_t i, int a) { return x[i][a]; });
+            firn::check_positions<double, D, S>(x.size(), particles.domain(),
+                                                [&](std::size_t i, int a) { return x[i][a]; });
         if (part.count > particles.ids_left())
             throw parameter_error(sentence("A body of ", part.count, " particles: only ", particles.ids_left(),
                                            " ids of this material are left."));
