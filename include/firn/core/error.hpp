@@ -79,6 +79,11 @@ namespace detail {
     return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
+/// Returns exact_text(number), or rounded_text(number, 9).
+[[gnu::cold]] inline std::string number_text(double number, bool exactly) {
+    return exactly ? exact_text(number) : rounded_text(number, 9);
+}
+
 /// One argument of sentence(): a text or a number. All arguments are converted to this type, so that a single function
 /// can join the parts of every sentence.
 class Part {

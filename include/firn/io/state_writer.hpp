@@ -9,7 +9,7 @@
 ///                        belongs to no facet
 ///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
-///     /firn              attributes schema_version i64 = 4, dimension i64, digest u64, and the state's attributes
+///     /firn              attributes schema_version i64 = 5, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
@@ -71,7 +71,7 @@ struct StateOptions {
 
 namespace detail {
 
-inline constexpr std::int64_t state_schema = 4;
+inline constexpr std::int64_t state_schema = 5;
 
 /// VTK's id of the cell type vertex (a cell that is one point).
 inline constexpr std::uint8_t vtk_vertex = 1;

@@ -24,6 +24,10 @@ public:
     /// Returns the facets of the nets. The corners of a facet are ids of particles; some of these particles may have
     /// been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
+    /// Returns the sources that add particles to this particle set, in the order in which they were added.
+    const std::vector<Source<D>>& sources() const { return self().mine().sources; }
+    /// Returns the sinks that remove particles of this particle set, in the order in which they were added.
+    const std::vector<Sink<D>>& sinks() const { return self().mine().sinks; }
 
     /// Returns the total mass, momenta and energies of the particles. \see Totals
     Totals<D> totals() const {

@@ -97,7 +97,7 @@ TEST_CASE("A well-formed HDF5 file that is no state, or claims what it does not 
         {"no 'TimeValue'", [](hid_t f) { H5Ldelete(f, "/VTKHDF/FieldData/TimeValue", H5P_DEFAULT); }},
         {"no 'parameters'", [](hid_t f) { H5Ldelete(f, "/firn/parameters", H5P_DEFAULT); }},
         {"VTKHDF Type", [](hid_t f) { H5Adelete_by_name(f, "/VTKHDF", "Type", H5P_DEFAULT); }},
-        {"schema_version is 5", [](hid_t f) { set_integer(f, "/firn", "schema_version", 5); }},
+        {"schema_version is 6", [](hid_t f) { set_integer(f, "/firn", "schema_version", 6); }},
         {"schema_version is 0", [](hid_t f) { set_integer(f, "/firn", "schema_version", 0); }},
         {"no digest", [](hid_t f) { H5Adelete_by_name(f, "/firn", "digest", H5P_DEFAULT); }},
         {"'digest' is not one 64-bit unsigned integer",
