@@ -15,6 +15,7 @@
 /// files alike.
 #pragma once
 
+/// \cond the parts of the name
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define FIRN_SANITIZED
 #elif defined(__has_feature)
@@ -129,6 +130,7 @@
 
 #define FIRN_JOIN(a, b, c, d, e, f, g, h, i, j, k, l, m) a##b##c##d##e##f##g##h##i##j##k##l##m
 #define FIRN_JOIN_VALUES(...) FIRN_JOIN(__VA_ARGS__)
+/// \endcond
 
 /// The name of the build: processor, options, and compiler with its major version. \see core/build.hpp
 #define FIRN_BUILD                                                                                      \
