@@ -56,10 +56,10 @@ double rounding_at_faces(const Domain<D>& domain, int axis) {
 /// returns the coordinate of the face.
 template <std::floating_point S, int D>
 double snapped_to_faces(const Domain<D>& domain, int axis, double x) {
-    const double lower = domain.lower[axis], upper = domain.upper[axis], rounding = rounding_at_faces<S>(domain, axis);
-    if (x < lower && x >= lower - rounding) return lower;
-    if (x > upper && x <= upper + rounding) return upper;
-    return x;
+    const double lower = domain.lower[axis], upper = domain.upper[axis];
+    if (x >= lower && x <= upper) return x;
+    const double rounding = rounding_at_faces<S>(domain, axis);
+    return x < lower && x >= lower - rounding ? lower : x > upper && x <= upper + rounding ? upper : x;
 }
 
 /// Largest number of cells along an axis. Block coordinates have 21 bits per axis, which is enough for 2²⁰ blocks of
