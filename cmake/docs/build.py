@@ -58,6 +58,7 @@ rooms = {
 def prepared(text, room):
     """The header as Doxygen is to see it: the comment of the file under \\file, agreed members with their sentences, and
     what is in a public namespace in the group of its folder."""
+    text = text.replace("namespace firn::inline FIRN_BUILD", "namespace firn")  # which programs need not know
     match = re.search(r"^/// \\file ", text, re.M)
     if match:
         text = text[: match.start()] + "/// " + text[match.end():]

@@ -71,8 +71,15 @@ int main() {
     //!
     //! ## What is refused
     //!
-    //! firn refuses a state of a run with another policy, stiffness, cell size, precision, compiler or processor. The
-    //! message says what differs. With Restart::other_build, firn accepts a state that another build wrote; that build
+    //! firn refuses a state of a run with another policy, stiffness, cell size, precision, compiler or processor, and of
+    //! a run with other friction, another mesh, other sources or sinks. The message says what differs. If a boundary of
+    //! your own has data that are no parameters, such as a table of heights, give it a digest, so that firn can tell:
+    //!
+    //! ```cpp
+    //! std::uint64_t digest() const { return firn::Digest().add(heights).value(); }
+    //! ```
+    //!
+    //! Functions cannot be compared: loads, forces and acceleration fields. With Restart::other_build, firn accepts a state that another build wrote; that build
     //! rounds differently. With Restart::converted, firn moves the particles into any run: from float to double, to
     //! another transfer, to another stiffness.
     firn::Simulation<2, firn::FixedCorotated<double>> exact({.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 64});

@@ -66,6 +66,19 @@ int main() {
     //! template class firn::Simulation<3, firn::Snow<float>>;         // in one source file
     //! ```
     //!
+    //! ## Options that a program must not mix
+    //!
+    //! firn does not compile with `-ffast-math`, `-Ofast` and the parts of `-funsafe-math-optimizations`, with which sums,
+    //! sines and powers would be wrong. `-fno-math-errno` and `-ffp-contract` are free to choose.
+    //!
+    //! Two files of a program may have different options, for example one for old processors and one with `-march=native`.
+    //! Each then has firn's code and bits as if it were alone: compilers and linkers show the build in firn's names, as in
+    //! `firn::v3_omp_g12::Simulation`. If one file calls a function of the other with firn's types, both need the same
+    //! processor, OpenMP, compiler, and both optimisation or none; else the linker reports an undefined reference. Only
+    //! exceptions pass between builds. Choose between such files at run time, with functions that have no type of firn's
+    //! in their parameters. What no macro tells is not seen: give `-mtune`, `-ffp-contract`, and either `-O1` or `-O2` and
+    //! more, to all files alike.
+    //!
     //! ## Threads
     //!
     //! firn's loops run on OpenMP's threads. The results have the same bits on any number of threads. firn calls your

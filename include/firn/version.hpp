@@ -1,6 +1,8 @@
 /// \file The version of firn. CMake reads the version from this header.
 #pragma once
 
+#include <firn/core/build.hpp>
+
 #include <string>
 
 /// Major, minor and patch number of firn's version, for the preprocessor.

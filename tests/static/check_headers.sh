@@ -10,8 +10,8 @@ max_lines=600
 # outside any folder counts as one of its own name.
 # After the colon: which libraries besides Eigen and the standard library a layer may use.
 layers='
-version    :
 core       : intrinsics openmp posix
+version    :
 math       :
 simd       : intrinsics
 kernel transfer force material boundary field volumetric :

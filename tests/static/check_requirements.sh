@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# check_requirements.sh COMPILER INCLUDE EIGEN: a compiler that is too old, C++17, and a program that does not link what
-# it includes are told so in a few lines, whichever header they meet first; this compiler is not.
+# check_requirements.sh COMPILER INCLUDE EIGEN: a compiler that is too old, C++17, options that change the arithmetic, and
+# a program that does not link what it includes are told so in a few lines, whichever header they meet first; this
+# compiler is not.
 set -euo pipefail
 export LC_ALL=C
 
@@ -35,6 +36,33 @@ try 'firn does not compile with MSVC, which has no vector types' core/requiremen
 for header in firn simulation lagrangian core/eigen wgsl/program; do
     try 'firn needs C++20: compile with -std=c++20' "$header" -std=c++17
     try 'firn needs g++ 12, clang 16 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
+done
+
+# Options with which sums, sines and powers are wrong, or checks for NaN are left out.
+try 'firn does not work with -ffast-math' firn -std=c++20 -ffast-math
+try 'firn does not work with -ffast-math' lagrangian -std=c++20 -Ofast
+unsafe='firn does not work with -funsafe-math-optimizations and its parts'
+most=14 # of which six name the headers between
+for option in -ffast-math -Ofast; do try 'firn does not work with -ffast-math' math/elementary -std=c++20 $option; done
+for options in -funsafe-math-optimizations -freciprocal-math -fno-signed-zeros \
+    '-fassociative-math -fno-signed-zeros -fno-trapping-math'; do
+    # shellcheck disable=SC2086 # several options
+    try "$unsafe" math/elementary -std=c++20 -O2 $options
+done
+try 'firn does not work with -ffinite-math-only' math/elementary -std=c++20 -ffinite-math-only
+if "$compiler" --version | grep -q clang; then
+    try "$unsafe" math/elementary -std=c++20 -fapprox-func
+else
+    try 'compile without -fsingle-precision-constant' math/elementary -std=c++20 -fsingle-precision-constant
+    if [[ $("$compiler" -dumpmachine) == x86_64* ]]; then
+        try 'Compile with -msse2 -mfpmath=sse' math/elementary -std=c++20 -mfpmath=387
+    fi
+fi
+most=10
+for options in -fno-math-errno -fno-trapping-math -frounding-math -ffp-contract=off -ffp-contract=fast \
+    '-Ofast -fno-fast-math'; do
+    # shellcheck disable=SC2086 # several options
+    try '' math/elementary -std=c++20 -O2 -Wno-psabi $options
 done
 
 # Where hdf5.h lies among the compiler's own headers, nothing is amiss.

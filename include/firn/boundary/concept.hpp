@@ -24,6 +24,8 @@
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
 ///     Vec velocity_by_gap(x, v, act)     as velocity(), by the gap of particles; see GapContact
 ///     std::string description()          a text that is written into files
+///     std::uint64_t digest()             tells a restart whether data that are no parameters are the same; see
+///                                        core/digest.hpp
 #pragma once
 
 #include <firn/boundary/at_once.hpp>

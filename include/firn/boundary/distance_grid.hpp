@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/shape.hpp>
+#include <firn/core/digest.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/lanes.hpp>
 
@@ -89,6 +90,11 @@ struct DistanceGrid {
         if (!numbers)
             throw parameter_error("A grid of distances holds no numbers; set them, for example by mesh_distance().");
         numbers->check();
+    }
+    /// Returns a digest of the grid and its distances, by which a restart tells whether the shape is the same.
+    std::uint64_t digest() const {
+        if (!numbers) return 0;
+        return Digest().add(numbers->lower).add(numbers->spacing).add(numbers->nodes).add(numbers->values).value();
     }
     /// Returns this shape with scalar type T. The copy shares the stored distances with this shape.
     template <class T>

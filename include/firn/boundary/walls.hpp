@@ -92,13 +92,14 @@ struct Walls {
     }
 
     /// Returns a description, as it is written into files: "lower face of axis 0: separate, friction 0; …".
-    std::string description() const {
+    /// \param exactly  whether numbers have all of their digits, rather than up to nine
+    std::string description(bool exactly = false) const {
         std::string text;
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             for (const bool upper_face : {false, true}) {
                 const Wall& wall = (upper_face ? at_upper : at_lower)[a];
                 text += sentence(text.empty() ? "" : "; ", upper_face ? "upper" : "lower", " face of axis ", a, ": ",
-                                 name_of(wall.contact), ", friction ", wall.friction);
+                                 name_of(wall.contact), ", friction ", detail::number_text(wall.friction, exactly));
             }
         }
         if (nodes_behind == NodesBehind::mirrored) text += "; nodes behind: mirrored";

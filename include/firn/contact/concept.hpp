@@ -14,6 +14,8 @@
 ///     double largest_reach()                 the gap up to which the law acts on groups that do not approach [cells];
 ///                                            0 by default
 ///     std::string description()              a text that is written into files
+///     std::string description(exactly)       if `exactly` is true, a text with all digits of the numbers, which a
+///                                            restart to the same bits compares
 #pragma once
 
 #include <firn/core/tensor.hpp>

@@ -76,12 +76,14 @@ struct CoulombContact {
     }
 
     /// Returns the parameters as text: "friction 0.3, normals by regression; 1 and 2: stick, friction 0, reach 0.25".
-    std::string description() const {
-        std::string text = sentence("friction ", friction, ", normals by ",
+    /// \param exactly  whether numbers have all of their digits, rather than up to nine
+    std::string description(bool exactly = false) const {
+        const auto digits = [&](double number) { return detail::number_text(number, exactly); };
+        std::string text = sentence("friction ", digits(friction), ", normals by ",
                                     normals == ContactNormals::regression ? "regression" : "volume gradient");
         for (const Pair& pair : pairs)
             text += sentence("; ", pair.first, " and ", pair.second, ": ", name_of(pair.contact.contact), ", friction ",
-                             pair.contact.friction, ", reach ", pair.contact.reach);
+                             digits(pair.contact.friction), ", reach ", digits(pair.contact.reach));
         return text;
     }
 

@@ -6,14 +6,6 @@
 #include <cstddef>
 #include <utility>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FIRN_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define FIRN_SANITIZED
-#endif
-#endif
-
 /// \def FIRN_INLINE
 /// Forces the compiler to inline a function, so that the function's values stay in registers. Without optimisation, and
 /// with sanitizers, FIRN_INLINE is only `inline`.

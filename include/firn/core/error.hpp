@@ -3,16 +3,16 @@
 
 #include <firn/core/requirements.hpp>
 
-#include <cinttypes>
+#include <charconv>
 #include <concepts>
 #include <cstdint>
-#include <cstdio>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
-namespace firn {
+// Not in the build's namespace: a file may catch what a file of another build throws.
+namespace firn {  // whatever the build
 
 /// Base of every exception that firn throws.
 struct error : std::runtime_error {
@@ -59,7 +59,30 @@ struct usage_error : error {
     using error::error;
 };
 
+}  // namespace firn
+
+namespace firn {
+
 namespace detail {
+
+/// Returns a number with at most `digits` significant digits, as C's "%.*g" writes it where no locale is set. Unlike
+/// C's functions and C++'s streams, std::to_chars does not know of locales: a program that sets one with a decimal
+/// comma writes the same states and messages.
+[[gnu::cold]] inline std::string rounded_text(double number, int digits) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, number, std::chars_format::general, digits).ptr};
+}
+
+/// Returns the shortest text from which exactly `number` is read again.
+[[gnu::cold]] inline std::string exact_text(double number) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
+
+/// Returns exact_text(number), or rounded_text(number, 9).
+[[gnu::cold]] inline std::string number_text(double number, bool exactly) {
+    return exactly ? exact_text(number) : rounded_text(number, 9);
+}
 
 /// One argument of sentence(): a text or a number. All arguments are converted to this type, so that a single function
 /// can join the parts of every sentence.
@@ -79,11 +102,9 @@ public:
             sentence.append(text_.data(), text_.size());
             return;
         }
-        char digits[32];
-        const int count = kind_ == Kind::number    ? std::snprintf(digits, sizeof digits, "%.9g", number_)
-                          : kind_ == Kind::integer ? std::snprintf(digits, sizeof digits, "%" PRId64, integer_)
-                                                   : std::snprintf(digits, sizeof digits, "%" PRIu64, integer_);
-        sentence.append(digits, std::size_t(count));
+        sentence += kind_ == Kind::number    ? rounded_text(number_, 9)
+                    : kind_ == Kind::integer ? std::to_string(integer_)
+                                             : std::to_string(std::uint64_t(integer_));
     }
 
 private:

@@ -11,6 +11,9 @@
 /// A parameter of a policy may itself be a policy. The parameters of this inner policy then belong to the outer policy,
 /// too. If the inner policy is the parameter `inner`, the names of its parameters begin with "inner_".
 ///
+/// A policy that has data besides its parameters may have `std::uint64_t digest() const`, so that a restart tells
+/// whether these data are the same. \see firn/core/digest.hpp
+///
 /// A policy P that has members other than its parameters must define `template <class T> P<T> lifted() const`, a
 /// function that returns the policy converted to scalar T. A policy whose scalar is not its first template parameter
 /// must define `template <class T> using with_scalar = …`, the type of the policy with scalar T.

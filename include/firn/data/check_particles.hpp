@@ -16,22 +16,30 @@
 namespace firn {
 
 namespace detail {
-template <class Position>
-std::string point_text(std::size_t i, int dimension, const Position& position) {
-    double x[3];
-    for (int a = 0; a < dimension; ++a) x[a] = double(position(i, a));
-    return point_text(x, dimension);
+/// Returns how far a point lies outside of the domain, if the digits of its coordinates in a message would not show it:
+/// " (1.5e-12 m outside along axis 0)"; else an empty text.
+template <int D>
+std::string slightly_outside_text(const Domain<D>& domain, const Vec<double, D>& x) {
+    std::string text;
+    for (int a = 0; a < D; ++a) {
+        const double outside = std::fmax(domain.lower[a] - x[a], x[a] - domain.upper[a]);
+        const double farther = std::fmax(std::abs(domain.lower[a]), std::abs(domain.upper[a]));
+        if (outside > 0 && outside < 1e-6 * farther)
+            text += sentence(text.empty() ? " (" : ", ", rounded_text(outside, 3), " m outside along axis ", a);
+    }
+    return text.empty() ? text : text + ")";
 }
 }  // namespace detail
 
 /// Checks that all particles lie in the domain.
+/// \tparam Rounding  float or double: positions may lie outside by rounding_at_faces<Rounding>(); void: not at all
 /// \param count     number of indices i to check, including those of padding
 /// \param position  position(i, axis) is a coordinate [m] of particle i
 /// \param id_of     id_of(i) is the id of particle i, or no_particle if i is padding
 /// \throws particle_error  if `count` is 0 or above 2³² − 2, or if a position is not finite or outside the domain; the
 ///                         message tells how many such positions there are, and names the three particles with the
 ///                         lowest ids
-template <std::floating_point S, int D, class Position, class IdOf>
+template <std::floating_point S, int D, class Rounding = void, class Position, class IdOf>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position, const IdOf& id_of) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
     if (count >= 0xffffffffu)
@@ -45,7 +53,9 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
         ++particles;
         bool inside = true;
         for (int a = 0; a < D; ++a) {
-            const auto x = position(i, a);
+            auto x = position(i, a);
+            if constexpr (std::floating_point<Rounding>)
+                if (!(x >= S(domain.lower[a]) && x <= S(domain.upper[a]))) x = snapped_to_faces<Rounding>(domain, a, x);
             inside = inside && x >= S(domain.lower[a]) && x <= S(domain.upper[a]);
         }
         if (!inside) wrong.emplace_back(id, i);
@@ -54,23 +64,25 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
     std::string first;
     const auto few = wrong.begin() + std::ptrdiff_t(std::min<std::size_t>(wrong.size(), 3));
     std::partial_sort(wrong.begin(), few, wrong.end());
-    for (auto one = wrong.begin(); one != few; ++one)
-        first += sentence(first.empty() ? "" : ", ", one->first, " at ", detail::point_text(one->second, D, position));
-    const auto lower = [&](std::size_t, int a) { return domain.lower[a]; };
-    const auto upper = [&](std::size_t, int a) { return domain.upper[a]; };
-    throw particle_error(sentence(wrong.size(), " of ", particles,
-                                  " particles are not finite or lie outside the domain from ",
-                                  detail::point_text(0, D, lower), " m to ", detail::point_text(0, D, upper),
-                                  " m; the first: ", first, ". Move them inside, or enlarge the domain."));
+    for (auto one = wrong.begin(); one != few; ++one) {
+        Vec<double, D> x{};
+        for (int a = 0; a < D; ++a) x[a] = double(position(one->second, a));
+        first += sentence(first.empty() ? "" : ", ", one->first, " at ", detail::point_text(x.v, D),
+                          detail::slightly_outside_text(domain, x));
+    }
+    throw particle_error(
+        sentence(wrong.size(), " of ", particles, " particles are not finite or lie outside the domain from ",
+                 detail::point_text(domain.lower.v, D), " m to ", detail::point_text(domain.upper.v, D),
+                 " m; the first: ", first, ". Move them inside, or enlarge the domain."));
 }
 /// Checks that all particles lie in the domain. The id of a particle is its index.
 /// \param count     number of particles
 /// \param position  position(i, axis) is a coordinate [m] of particle i
 /// \throws particle_error  if `count` is 0 or above 2³² − 2, or if a position is not finite or outside the domain; the
 ///                         message tells how many such positions there are, and names the first three particles
-template <std::floating_point S, int D, class Position>
+template <std::floating_point S, int D, class Rounding = void, class Position>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
-    check_positions<S, D>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
+    check_positions<S, D, Rounding>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
 }
 
 /// Checks that all masses are positive and finite.

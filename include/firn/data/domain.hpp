@@ -48,6 +48,23 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
     return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
 }
 
+/// Returns how far [m] a position may lie outside of the domain along an axis by rounding alone: four units in the last
+/// place, in precision S, of the axis' corner that is farther from 0, but at most a thousandth of a cell.
+template <std::floating_point S, int D>
+double rounding_at_faces(const Domain<D>& domain, int axis) {
+    const double farther = std::fmax(std::abs(domain.lower[axis]), std::abs(domain.upper[axis]));
+    return std::fmin(4 * double(std::numeric_limits<S>::epsilon()) * farther, 1e-3 * domain.cell_size);
+}
+/// Returns the coordinate x [m] of a position. If x lies outside of the domain by no more than rounding_at_faces(),
+/// returns the coordinate of the face.
+template <std::floating_point S, int D>
+double snapped_to_faces(const Domain<D>& domain, int axis, double x) {
+    const double lower = domain.lower[axis], upper = domain.upper[axis];
+    if (x >= lower && x <= upper) return x;
+    const double rounding = rounding_at_faces<S>(domain, axis);
+    return x < lower && x >= lower - rounding ? lower : x > upper && x <= upper + rounding ? upper : x;
+}
+
 /// Largest number of cells along an axis. Block coordinates have 21 bits per axis, which is enough for 2²⁰ blocks of
 /// four cells on each side of the domain's lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;

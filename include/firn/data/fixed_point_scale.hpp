@@ -1,6 +1,8 @@
 /// \file The scale of fixed-point sums.
 #pragma once
 
+#include <firn/core/build.hpp>
+
 namespace firn {
 
 /// The scale of fixed-point sums of momentum and mass: how many quanta make one unit. A quantum is the smallest step of

@@ -24,17 +24,11 @@ namespace detail {
 
 /// Returns a number of bytes as text, such as "512 bytes" or "3.5 GiB (3758096384 bytes)".
 [[gnu::cold]] inline std::string bytes_text(double bytes) {
-    char text[80];
-    const double all = bytes;
-    const int digits = all < 0x1p53 ? 16 : 6;
+    const std::string all = rounded_text(bytes, bytes < 0x1p53 ? 16 : 6) + " bytes";
     const char* const units[] = {"", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
     int unit = 0;
     for (; bytes >= 1024 && unit < 6; ++unit) bytes /= 1024;
-    if (unit == 0)
-        std::snprintf(text, sizeof text, "%.*g bytes", digits, all);
-    else
-        std::snprintf(text, sizeof text, "%.3g %s (%.*g bytes)", bytes, units[unit], digits, all);
-    return text;
+    return unit == 0 ? all : rounded_text(bytes, 3) + " " + units[unit] + " (" + all + ")";
 }
 
 }  // namespace detail

@@ -197,12 +197,13 @@ public:
 
     /// Sets the position x [m] of the particle in a slot. The particle stays in its contact group.
     void set_position(std::size_t slot, const Vec<double, D>& x) { set_position(slot, x, contact_group(slot)); }
-    /// Sets the position x [m] and the contact group of the particle in a slot.
+    /// Sets the position x [m] and the contact group of the particle in a slot. A position that lies outside of the
+    /// domain by rounding is moved to the face. \see rounding_at_faces
     void set_position(std::size_t slot, const Vec<double, D>& x, int group) {
         BlockCoordinate<D> of{};
         Vec<S, D> place{};
         for (int a = 0; a < D; ++a) {
-            const double cells = (x[a] - domain_.lower[a]) / domain_.cell_size;
+            const double cells = (snapped_to_faces<S>(domain_, a, x[a]) - domain_.lower[a]) / domain_.cell_size;
             const double block = std::floor(cells / block_size);
             of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // NaN: block 0
             if (a == 0 && !domain_.periodic[0])  // outside of the domain lie the copies of its blocks

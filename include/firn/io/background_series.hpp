@@ -1,12 +1,12 @@
 /// \file Writes a series of states on a second thread while the simulation runs.
 #pragma once
 
+#include <firn/core/stepper.hpp>
 #include <firn/io/state_series.hpp>
 
 #include <condition_variable>
 #include <deque>
 #include <exception>
-#include <iostream>
 #include <mutex>
 #include <thread>
 
@@ -47,8 +47,8 @@ public:
         changed_.notify_all();
         worker_.join();
         if (failure_ || !waiting_.empty())
-            std::cerr << "firn: " << waiting_.size() << " states of " << series_.path()
-                      << " could not be written. Call finish() before the end to get the reason.\n";
+            detail::warn_on_stderr(sentence(waiting_.size(), " states of ", series_.path(),
+                                            " could not be written. Call finish() before the end to get the reason."));
     }
 
     /// Continues a series that exists on disk. Call this function before the first call of write().

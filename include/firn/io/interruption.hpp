@@ -1,6 +1,8 @@
 /// \file After Ctrl-C or SIGTERM, lets a program complete its current step and write a last state before it ends.
 #pragma once
 
+#include <firn/core/build.hpp>
+
 #include <csignal>
 
 namespace firn {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <firn/core/names.hpp>
+#include <firn/io/settings.hpp>
 #include <firn/io/state_parts.hpp>
 #include <firn/lagrangian/particle_system.hpp>
 #include <firn/version.hpp>
@@ -94,6 +95,32 @@ std::vector<StateAttribute> system_attributes() {
 
 /// The table with the positions of points in double, of which the field of this name has the rounded values.
 inline constexpr const char* position_table = "position";
+/// Returns what shapes a run besides the parameters in its states. \see Settings
+///
+/// Constraints, elements and emitters are told as they were added. What a program may change from step to step, such as
+/// the wind of a drag or a tear factor of all, is left out.
+template <int D, std::floating_point S, class Integrator, class Boundary>
+Settings settings_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
+    Settings settings;
+    settings.add("boundary", system.boundary);
+    settings.add(sentence(system.constraints.history().added,
+                          system.constraints.update == ConstraintUpdate::averaged ? " averaged" : "",
+                          " constraints: ", digest_text(system.constraints.digest())));
+    if (const auto& of = system.collisions)
+        settings.add(sentence("collisions: restitution ", exact_text(of->restitution), ", friction ",
+                              exact_text(of->friction), ", passes ", of->velocity_passes, " and ", of->shift_passes,
+                              of->remember ? ", remembered" : ""));
+    for (const std::uint64_t digest : system.digests_of_forces()) settings.add("force: " + digest_text(digest));
+    for (const Emitter<D>& of : system.emitters()) {
+        Digest all;
+        all.add(of.position).add(of.direction).add(of.nozzle).add(of.speed).add(of.speed_spread).add(of.cone);
+        all.add(of.lifespan).add(of.lifespan_spread).add(of.mass).add(of.radius).add(of.group).add(of.maximum);
+        settings.add(sentence("emitter: rate ", exact_text(of.rate), " 1/s from ", exact_text(of.start), " s to ",
+                              exact_text(of.end), " s, seed ", of.seed, ", ", digest_text(all.value())));
+    }
+    return settings;
+}
+
 inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
 
 /// Reader of a particle system's state. It checks all values that it reads.
@@ -282,6 +309,7 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     if constexpr (requires { system.boundary.description(); })
         state.attributes.push_back({"boundary_conditions", system.boundary.description()});
     for (StateAttribute& attribute : detail::build_attributes()) state.attributes.push_back(std::move(attribute));
+    state.attributes.push_back(detail::settings_of(system).attribute(detail::settings_name));
 
     for_parameters(system.boundary, [&](const std::string& name, const char* unit, const auto& value) {
         state.parameters.push_back({"boundary", name, unit, detail::as_doubles(value)});
@@ -366,7 +394,13 @@ void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type
     detail::check_dimension(state, D);
     detail::check_same(state, detail::system_attributes<S, Integrator, Boundary>(),
                        "Go on with a system of the same policies and precision.");
-    if (how == Restart::same_bits) detail::check_same_build(state);
+    if (how == Restart::same_bits) {
+        detail::check_same_build(state);
+        const detail::Settings ours = detail::settings_of(system);
+        detail::check_settings(state, ours.attribute(detail::settings_name),
+                               "Make the system as for the run that wrote the state; change it after restore().");
+        detail::warn_of_unseen(ours, system.warn);
+    }
     try {
         check_state(state);
         const detail::SystemReader<S, D> reader(state);

@@ -58,7 +58,8 @@ public:
         particles.reserve(n_);
         for (std::size_t i = 0; i < n_; ++i) {
             Vec<double, D> position{};
-            std::copy_n(x + row(i) * D, D, position.v);
+            for (int a = 0; a < D; ++a)  // a position on a face, rounded to T, may lie outside
+                position[a] = snapped_to_faces<T>(particles.domain(), a, double(x[row(i) * D + std::size_t(a)]));
             particles.skip_ids(std::uint32_t(id(i)));
             particles.push_back(position);
         }
@@ -257,23 +258,33 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
             std::none_of(policies.begin(), policies.end(), is_it))
             check_same(state, {unsaid}, advice);
     }
-    if (how == Restart::same_bits) check_same_build(state);
+    if (how == Restart::same_bits) {
+        check_same_build(state);
+        constexpr const char* same =
+            "Make the simulation as for the run that wrote the state; change it after restore(). Restart::other_build "
+            "compares nine digits, and no data.";
+        check_settings(state, settings_of<I>(simulation).attribute(settings_name), same);
+        const auto set = simulation.template set<I>();  // sources and sinks may follow
+        if (!set.sources().empty() || !set.sinks().empty())
+            check_settings(state, settings_of(set.sources(), set.sinks()).attribute(sources_name), same);
+    }
     const auto& domain = simulation.domain();
-    if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
-        parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
-        parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size) ||
-        parameter_values(state, "grid", "periodic") !=
-            std::vector<double>(domain.periodic.begin(), domain.periodic.end()))
-        throw io_error(
-            "The state has another domain or other cells than the simulation. Give the same, or use "
-            "Restart::converted.");
-    for_parameters(simulation.template set<I>().material(), [&](const std::string& name, const char*,
-                                                                const auto& value) {
-        const std::vector<double> theirs = parameter_values(state, "material", name.c_str()), ours = as_doubles(value);
+    const auto check_value = [&](const char* group, const char* what, const std::string& name,
+                                 const std::vector<double>& ours) {
+        const std::vector<double> theirs = parameter_values(state, group, name.c_str());
         if (theirs != ours)
-            throw io_error(sentence("The material of the state has ", name, " = ", theirs[0], ", that of this run has ",
-                                    ours[0], ". Give the same, or use Restart::converted."));
-    });
+            throw io_error(sentence("The ", what, " of the state has ", name, " = ", numbers_text(theirs),
+                                    ", that of this run has ", numbers_text(ours),
+                                    ". Give the same, or use Restart::converted."));
+    };
+    check_value("grid", "domain", "lower", as_doubles(domain.lower));
+    check_value("grid", "domain", "upper", as_doubles(domain.upper));
+    check_value("grid", "domain", "cell_size", as_doubles(domain.cell_size));
+    check_value("grid", "domain", "periodic", std::vector<double>(domain.periodic.begin(), domain.periodic.end()));
+    for_parameters(simulation.template set<I>().material(),
+                   [&](const std::string& name, const char*, const auto& value) {
+                       check_value("material", "material", name, as_doubles(value));
+                   });
 }
 
 /// Sets the parameters of a volumetric policy to the values in a state. A state of an earlier firn does not say how
@@ -343,6 +354,8 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
     const Simulation& simulation = set.simulation();
     check_dimension(state, D);
     if (how != Restart::converted) check_same_run<I>(simulation, state, how);
+    if (how == Restart::same_bits && ranks_of(simulation.execution).speaks())
+        warn_of_unseen(settings_of<I>(simulation), simulation.warn);
 
     const ParticlesOfState<S, D, T> read(state);
     RestoredSet<Simulation, I> made{
@@ -367,8 +380,8 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
         restore_volume(made.volume, state);
     }
     if (state.size() > 0)
-        check_positions<double, D>(state.size(), simulation.domain(),
-                                   [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
+        check_positions<double, D, S>(state.size(), simulation.domain(),
+                                      [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
     stored.readiness.restore(!made.converted);
     if (made.converted) return made;
 
@@ -406,7 +419,8 @@ void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
 ///
 /// First make the simulation in the same way as for the run that wrote the state: with the same policies, domain,
 /// material, loads, forces between particles, sources and sinks. Loads and forces refer to bodies, so add loads and
-/// forces after the particles were added or restored. The particles of the state replace all particles of the set.
+/// forces after the particles were added or restored. Sources and sinks that were added before are compared with those
+/// of the state, see Restart::same_bits. The particles of the state replace all particles of the set.
 ///
 /// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer, of the
 /// volumetric policy and of the boundary (including the position of a moving boundary), gravity, fixed_time_step and

@@ -3,6 +3,7 @@
 
 #include <firn/core/names.hpp>
 #include <firn/data/curve.hpp>
+#include <firn/io/settings.hpp>
 #include <firn/io/state_parts.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation.hpp>
@@ -75,6 +76,18 @@ std::vector<StateAttribute> policies_of(
             policies.push_back({"contact_law", simulation.contact.description()});
     }
     return policies;
+}
+
+/// Returns what shapes a run besides the parameters in its states, for the material I. \see Settings
+template <std::size_t I, class Simulation>
+Settings settings_of(const Simulation& simulation) {
+    Settings settings;
+    settings.add("material", simulation.template set<I>().material());
+    settings.add("transfer", simulation.transfer);
+    settings.add("volumetric", simulation.volume);
+    settings.add("boundary", simulation.boundary);
+    settings.add("contact", simulation.contact);
+    return settings;
 }
 
 /// Returns the indices of a partition's ranges (of the particles of one block each) in the order of their blocks along
@@ -169,6 +182,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 
     state.attributes = policies_of<I>(simulation);
     for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));
+    state.attributes.push_back(settings_of<I>(simulation).attribute(settings_name));
+    state.attributes.push_back(settings_of(set.sources(), set.sinks()).attribute(sources_name));
 
     const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
         state.parameters.push_back({group, std::move(name), unit, std::move(values)});
@@ -231,6 +246,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 ///
 /// If the simulation has contact groups, the table `contact_group` has the group of each body. The blocks of a group
 /// lie further along axis 0, see copy_stride().
+///
+/// The attributes `settings` and `sources_and_sinks` tell what shapes the run and is no parameter. \see Restart
 ///
 /// These tables do not depend on how the particles are spread over memory, threads or processes.
 /// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`

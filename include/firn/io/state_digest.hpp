@@ -21,7 +21,7 @@ namespace firn {
 namespace detail {
 
 [[gnu::noinline]] inline std::uint64_t hash_bytes(std::span<const std::byte> bytes) {
-    return firn_xxh3_64bits(bytes.data(), bytes.size());
+    return firn_xxhash::hash(bytes.data(), bytes.size());
 }
 
 /// Calls f(bytes) with numbers as little-endian bytes, so that a hash of them does not depend on the byte order of the

@@ -17,9 +17,16 @@ namespace firn {
 enum class Restart {
     /// Accept only a state that was written by the same build (compiler, instruction set, version of firn), in a run
     /// with the same policies and parameters. The continued run then gives the same bits as an uninterrupted run.
+    ///
+    /// What shapes a run and is no parameter is compared, too: numbers such as the friction of walls with all of their
+    /// digits, and data such as the distances of a DistanceGrid by a digest. Of your own policies, data are compared if
+    /// they have digest(), see core/digest.hpp. Functions (loads, forces, acceleration fields) cannot be compared. A
+    /// state of schema_version 4 or earlier says nothing of all this, except for nine digits of numbers.
     same_bits,
     /// Accept also a state that was written by another build, in a run with the same policies and parameters. The
-    /// continued run may then round differently.
+    /// continued run may then round differently. Numbers that are no parameters are compared by nine digits, and
+    /// digests
+    /// are not compared, since another build may compute other distances from the same mesh.
     other_build,
     /// Accept a state of any run and any precision, if the state has all fields that the material of the simulation
     /// needs.
@@ -36,6 +43,14 @@ std::vector<double> as_doubles(S value) {
 template <class S, int D>
 std::vector<double> as_doubles(const Vec<S, D>& value) {
     return {value.v, value.v + D};
+}
+
+/// Returns a number, or several numbers in parentheses, with all of their digits.
+inline std::string numbers_text(const std::vector<double>& numbers) {
+    if (numbers.size() == 1) return exact_text(numbers[0]);
+    std::string text;
+    for (const double number : numbers) text += (text.empty() ? "(" : ", ") + exact_text(number);
+    return text + ")";
 }
 
 template <state_scalar S>

@@ -20,8 +20,9 @@ namespace firn {
 ///
 /// More member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds the stiffness and
 /// damping at each point to two arrays, from which the largest stable time step is computed (without it, the force does
-/// not bound the step); `renumber(new_place)` is
-/// called after points are removed, and `tear(torn)` after links tear. ElementForces has all of them.
+/// not bound the step); `renumber(new_place)` is called after points are removed, and `tear(torn)` after links tear;
+/// `digest()` returns a std::uint64_t by which a restart tells whether the force was made in the same way.
+/// ElementForces has all of them.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
@@ -66,6 +67,8 @@ public:
     bool is_overlong(const PointView<S, D>& points, int threads) const { return held_->is_overlong(points, threads); }
     /// Adds the elements to a list if they are springs.
     void list_links(std::vector<TearingLink<S>>& links) const { held_->list_links(links); }
+    /// Returns the force's digest(), or 0 if the force has none.
+    std::uint64_t digest() const { return held_->digest(); }
 
 private:
     struct Base {
@@ -80,6 +83,7 @@ private:
         virtual bool may_tear() const = 0;
         virtual bool is_overlong(const PointView<S, D>& points, int threads) const = 0;
         virtual void list_links(std::vector<TearingLink<S>>& links) const = 0;
+        virtual std::uint64_t digest() const = 0;
     };
     template <class Force>
     struct Held final : Base {
@@ -115,6 +119,10 @@ private:
         }
         void list_links(std::vector<TearingLink<S>>& links) const override {
             if constexpr (requires { force.list_links(links); }) force.list_links(links);
+        }
+        std::uint64_t digest() const override {
+            if constexpr (requires { std::uint64_t(force.digest()); }) return force.digest();
+            return 0;
         }
     };
 

@@ -1,6 +1,7 @@
 /// \file Distance constraints, which keep pairs of points at a given distance, for cloth, soft bodies and ropes.
 #pragma once
 
+#include <firn/core/digest.hpp>
 #include <firn/lagrangian/colouring.hpp>
 #include <firn/lagrangian/link_solver.hpp>
 #include <firn/lagrangian/net_forces.hpp>
@@ -99,6 +100,8 @@ public:
 
     /// Returns the number of constraints.
     std::size_t size() const { return all_.size(); }
+    /// Returns a digest of all constraints as they were added, including those that were removed later.
+    std::uint64_t digest() const { return as_added_.value(); }
     /// Returns the constraints, in the order in which solve() corrects them.
     std::span<const Constraint> all() const { return all_; }
 
@@ -117,6 +120,8 @@ public:
                 sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ", rest,
                          " m: the length must be positive and finite, and the two points must differ."));
         factors_.add(options.tear_factor, size());
+        as_added_.add(ends).add(rest).add(options.compliance).add(options.relaxation).add(kind);
+        as_added_.add(options.tear_factor.value_or(0));
         all_.push_back({ends, S(rest)});
         solver_.add(S(rest), S(options.compliance), S(options.relaxation));
         origin_.push_back({added_++, kind});
@@ -446,6 +451,7 @@ private:
     detail::LinkSolver<S, D> solver_;
     std::vector<Origin> origin_;
     detail::TearFactors<S> factors_;
+    Digest as_added_;
     std::vector<std::size_t> colour_end_;
     Incidence incidence_;
     aligned_vector<Vec<S, D>> impulses_;  // one per constraint, for ConstraintUpdate::averaged

@@ -4,6 +4,7 @@
 /// of threads.
 #pragma once
 
+#include <firn/core/digest.hpp>
 #include <firn/core/error.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/lagrangian/incidence.hpp>
@@ -57,6 +58,9 @@ public:
 
     /// Returns the number of elements.
     std::size_t size() const { return corners_.size(); }
+    /// Returns a digest of all elements as they were added, including those that were removed later. Of elements' data
+    /// it has what `Digest digest(element)` of the law has, if the law has this function.
+    std::uint64_t digest() const { return as_added_.value(); }
     /// Returns the indices (into PointMasses) of the corner points of the element with index e.
     const Corners& corners(std::size_t e) const { return corners_[e]; }
     /// @{
@@ -79,6 +83,8 @@ public:
             factors_.add(tear_factor, size());
             kinds_.push_back(kind);
         }
+        as_added_.add(corners).add(kind).add(tear_factor.value_or(0));
+        if constexpr (requires { law.digest(element); }) as_added_.add(law.digest(element).value());
         corners_.push_back(corners);
         elements_.push_back(element);
         incidence_.clear();
@@ -283,6 +289,7 @@ private:
     std::vector<Element> elements_;
     std::vector<LinkKind> kinds_;     // one per spring; empty for other elements
     detail::TearFactors<S> factors_;  // of springs
+    Digest as_added_;
     Incidence incidence_;
     aligned_vector<std::array<double, 2>> bounds_;  // one per element: stiffness [N/m] and damping [N s/m]
     aligned_vector<Vec<S, D>> parts_;               // K per element: the forces on its corners [N]

@@ -5,6 +5,8 @@
 /// acts. The two integrators differ only in k.
 #pragma once
 
+#include <firn/core/build.hpp>
+
 #include <concepts>
 
 namespace firn {

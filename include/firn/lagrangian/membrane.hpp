@@ -29,6 +29,12 @@ struct Membrane {
         Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹: inverse of the matrix of edges at rest [1/m].
         S volume = S(0);                                 ///< Volume at rest A₀ h: area times thickness [m³].
     };
+    /// Returns a digest of the data of a triangle.
+    static Digest digest(const Element& e)
+        requires std::floating_point<S>
+    {
+        return Digest().add(e.inverse_rest).add(e.volume);
+    }
 
     Material material{};  ///< The material of all triangles.
 

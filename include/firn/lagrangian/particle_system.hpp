@@ -148,6 +148,12 @@ public:
     }
     /// Returns all emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
+    /// Returns a digest of each force, in the order in which they were added; 0 for a force without digest().
+    std::vector<std::uint64_t> digests_of_forces() const {
+        std::vector<std::uint64_t> digests;
+        for (const auto& force : forces_) digests.push_back(force.digest());
+        return digests;
+    }
 
     /// Removes points: for each index i, removes the point with this index if wanted(i) is true. All springs,
     /// constraints, facets and excluded pairs of a removed point are removed, too, and shear and bend links that the

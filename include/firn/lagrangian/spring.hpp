@@ -1,6 +1,7 @@
 /// \file A spring and a damper in parallel, between two points or between a point and a fixed position.
 #pragma once
 
+#include <firn/core/digest.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/lagrangian/tearing.hpp>
@@ -38,6 +39,12 @@ struct SpringDamper {
         S stiffness = S(0);  ///< Stiffness k_s [N/m].
         S damping = S(0);    ///< Damping k_d [N s/m].
     };
+    /// Returns a digest of the data of a spring.
+    static Digest digest(const Element& e)
+        requires std::floating_point<S>
+    {
+        return Digest().add(e.rest).add(e.stiffness).add(e.damping);
+    }
 
     /// A spring tears at the end of a step if it is longer than this factor times its length at rest. The factor must
     /// be above 1; infinite: springs never tear. It does not hold for springs with a tear factor of their own. A spring
@@ -102,6 +109,12 @@ struct Anchor {
         S stiffness = S(0);      ///< Stiffness k_s [N/m].
         S damping = S(0);        ///< Damping k_d [N s/m].
     };
+    /// Returns a digest of the data of an anchor.
+    static Digest digest(const Element& e)
+        requires std::floating_point<S>
+    {
+        return Digest().add(e.place).add(e.stiffness).add(e.damping);
+    }
 
     /// Returns the force [N] on the one point of an anchor, with position x[0] [m], counted from the position `at` [m],
     /// and velocity v[0] [m/s].

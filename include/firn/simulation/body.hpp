@@ -1,6 +1,8 @@
 /// \file A body: the particles that were added in one call.
 #pragma once
 
+#include <firn/core/build.hpp>
+
 #include <cstdint>
 #include <limits>
 

@@ -40,22 +40,13 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
                                                                    double, std::uint64_t, double, int);          \
     }
 namespace firn::detail {
-/// A function that makes the linker report different options: if the program was compiled with other -march or OpenMP
-/// options than the library, this function is not defined, because the library defines it only for the options of the
-/// library. Compile the program and the library with the same options.
-template <std::size_t register_bytes, bool openmp>
-void firn_compiled_has_the_same_march_and_openmp();
-#ifdef _OPENMP
-inline constexpr bool has_openmp = true;
-#else
-inline constexpr bool has_openmp = false;
-#endif
+/// A function that makes the linker report different options. Its name has the build in it (core/build.hpp), and it is
+/// defined for the build of the library only: compile the program and the library with the same compiler and options.
+void firn_compiled_has_the_same_options();
 #if FIRN_COMPILES == 3
-template <>
-void firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>() {}
+void firn_compiled_has_the_same_options() {}
 #elif !defined(FIRN_COMPILES)
-[[gnu::used]] inline void (*const of_library)() =
-    firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>;
+[[gnu::used]] inline void (*const of_library)() = firn_compiled_has_the_same_options;
 #endif
 }  // namespace firn::detail
 

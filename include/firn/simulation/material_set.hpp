@@ -114,6 +114,8 @@ struct MaterialSet {
     detail::MaybePush<S, D> loads{},   ///< Loads on bodies.
         forces{};                      ///< Forces between the particles of bodies.
     std::vector<Facet<D>> facets{};    ///< Facets of the added nets, with particle ids as corners.
+    /// For each slot, the place of its particle before the step, within its block [cells]; empty if there is no sink.
+    std::vector<Vec<S, D>> places_before{};
 
     /// Adds a body of uniform density and velocity, with one particle for each sample.
     /// \param density   density of the body [kg/m³]
@@ -238,7 +240,7 @@ struct MaterialSet {
     ///                         particle
     void check_positions() {
         if (!readiness.is(Readiness::inside))
-            firn::check_positions<double, D>(
+            firn::check_positions<double, D, S>(
                 particles.slots(), particles.domain(),
                 [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
                 [&](std::size_t i) { return particles.id(i); });
@@ -305,24 +307,32 @@ struct MaterialSet {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
                 for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
-                add(burst, source.density, source.velocity, threads, share);
+                const Body body = add(burst, source.density, source.velocity, threads, share);
+                if (!sinks.empty())
+                    remove_if([&](const Vec<double, D>&, std::uint32_t id) {
+                        const std::size_t i = id - body.first;
+                        return id >= body.first && is_taken(source.samples.positions[i], burst.positions[i]);
+                    });
                 bodies.back().end = born + source.lifespan;
                 if (source.contact_group != 0) set_contact_group(bodies.back(), source.contact_group);
             }
         }
     }
-    /// Removes the particles that lie in a sink, and the particles of bodies whose `end` is at or before `time` [s].
+    /// Removes the particles whose way since push() meets a sink, and the particles of bodies whose `end` is at
+    /// or before `time` [s].
     void take(double time) {
         if (!may_take(time)) return;
-        remove_if([&](const Vec<double, D>& x, std::uint32_t id) { return takes(x, id, time); });
+        const std::size_t before = particles.size();
+        for (std::size_t slot = 0; slot < particles.used_slots(); ++slot)
+            if (particles.is_particle(slot) && takes(slot, time)) particles.remove(slot);
+        if (particles.size() < before) readiness.unprepare();
         for (Body& body : bodies)
             if (has_ended(body, time)) body.count = 0;
     }
     /// Returns whether take() will remove a particle.
     bool will_take(double time) const {
-        for (std::size_t slot = 0; may_take(time) && slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot) && takes(particles.exact_position(slot), particles.id(slot), time))
-                return true;
+        for (std::size_t slot = 0; may_take(time) && slot < particles.used_slots(); ++slot)
+            if (particles.is_particle(slot) && takes(slot, time)) return true;
         return false;
     }
     /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
@@ -333,10 +343,13 @@ struct MaterialSet {
         return next;
     }
 
-    /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities.
+    /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities. If there are sinks,
+    /// takes note of where the particles are.
     /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
     ///                         particle
     void push(const Moment& now, double dt, int threads) {
+        places_before.resize(sinks.empty() ? 0 : particles.used_slots());
+        for (std::size_t slot = 0; slot < places_before.size(); ++slot) places_before[slot] = particles.place(slot);
         if (!loads && !forces) return;
         readiness.spoil();  // the particles cannot be used until the step has ended
         if (loads) loads->push(particles, now, dt, threads);
@@ -355,10 +368,35 @@ private:
         return !sinks.empty() ||
                std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return has_ended(body, time); });
     }
-    bool takes(const Vec<double, D>& x, std::uint32_t id, double time) const {
-        if (std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) { return sink.holds(x); })) return true;
-        const std::size_t b = body_of(id);
+    bool takes(std::size_t slot, double time) const {
+        if (slot < places_before.size()) {
+            const Vec<double, D> to = particles.exact_position(slot);
+            const Vec<S, D> way = particles.place(slot) - places_before[slot];  // [cells]
+            if (is_taken(to - cast<double>(way) * particles.domain().cell_size, to)) return true;
+        }
+        const std::size_t b = body_of(particles.id(slot));
         return b < bodies.size() && has_ended(bodies[b], time);
+    }
+    /// Returns whether a sink is on the way between two positions [m]. `to` lies in the domain. If `from` does not, the
+    /// particle has come through the ends of periodic axes.
+    bool is_taken(const Vec<double, D>& from, const Vec<double, D>& to) const {
+        const Domain<D>& domain = particles.domain();
+        // Each bit of `images` chooses, for an axis, the way at the end where the particle has left.
+        for (unsigned images = 0; images < 1u << D; ++images) {
+            Vec<double, D> shift{};
+            bool is_image = true;
+            for (int a = 0; a < D; ++a) {
+                if ((images >> a & 1u) == 0) continue;
+                const double extent = domain.upper[a] - domain.lower[a];
+                shift[a] = from[a] < domain.lower[a] ? extent : from[a] > domain.upper[a] ? -extent : 0;
+                is_image = is_image && domain.periodic[std::size_t(a)] && shift[a] != 0;
+            }
+            if (is_image && std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) {
+                    return sink.is_on_the_way(from + shift, to + shift);
+                }))
+                return true;
+        }
+        return false;
     }
 
     template <class MassOf>
@@ -369,8 +407,8 @@ private:
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite in the simulation's precision."));
         if (!x.empty() || part.count == 0)
-            firn::check_positions<double, D>(x.size(), particles.domain(),
-                                             [&](std::size_t i, int a) { return x[i][a]; });
+            firn::check_positions<double, D, S>(x.size(), particles.domain(),
+                                                [&](std::size_t i, int a) { return x[i][a]; });
         if (part.count > particles.ids_left())
             throw parameter_error(sentence("A body of ", part.count, " particles: only ", particles.ids_left(),
                                            " ids of this material are left."));

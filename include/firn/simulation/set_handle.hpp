@@ -24,6 +24,10 @@ public:
     /// Returns the facets of the nets. The corners of a facet are ids of particles; some of these particles may have
     /// been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
+    /// Returns the sources that add particles to this particle set, in the order in which they were added.
+    const std::vector<Source<D>>& sources() const { return self().mine().sources; }
+    /// Returns the sinks that remove particles of this particle set, in the order in which they were added.
+    const std::vector<Sink<D>>& sinks() const { return self().mine().sinks; }
 
     /// Returns the total mass, momenta and energies of the particles. \see Totals
     Totals<D> totals() const {
@@ -132,7 +136,8 @@ public:
         self().simulation().warn_of_spacing(source.samples);
         self().mine().add(source, self().simulation().moment());
     }
-    /// Adds a sink, which removes the particles in its box at the end of every step.
+    /// Adds a sink, which removes the particles that are in its box at the end of a step, or have come through it
+    /// during the step.
     /// \throws parameter_error  if `upper` is below `lower` along an axis
     void add_sink(const Sink<D>& sink) {
         sink.check();

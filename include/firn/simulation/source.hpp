@@ -75,7 +75,8 @@ private:
     detail::Recurrence recurrence() const { return {"A source", "bursts", rate, start, end}; }
 };
 
-/// A sink: a box. Every particle that lies in the box at the end of a step is removed.
+/// A sink: a box. At the end of a step, every particle is removed that lies in the box or has come through it during
+/// the step, on a straight way. A box may be as thin as a plane, with `lower` equal to `upper` along an axis.
 template <int D>
 struct Sink {
     Vec<double, D> lower{},  ///< Lower corner of the box [m].
@@ -86,6 +87,22 @@ struct Sink {
         bool inside = true;
         for (int a = 0; a < D; ++a) inside = inside && x[a] >= lower[a] && x[a] <= upper[a];
         return inside;
+    }
+    /// Returns whether the straight way between two positions [m] meets the box.
+    bool is_on_the_way(const Vec<double, D>& from, const Vec<double, D>& to) const {
+        if (holds(from) || holds(to)) return true;
+        double enters = 0, leaves = 1;  // shares of the way
+        for (int a = 0; a < D; ++a) {
+            const double way = to[a] - from[a];
+            if (way == 0) {
+                if (from[a] < lower[a] || from[a] > upper[a]) return false;
+                continue;
+            }
+            const double at_lower = (lower[a] - from[a]) / way, at_upper = (upper[a] - from[a]) / way;
+            enters = std::max(enters, std::min(at_lower, at_upper));
+            leaves = std::min(leaves, std::max(at_lower, at_upper));
+        }
+        return enters <= leaves;
     }
     /// Checks the corners of the box.
     /// \throws parameter_error  if, along an axis, `upper` is below `lower` or one of the two is NaN (infinite corners

@@ -105,6 +105,87 @@ TEST_CASE("a sink takes out what is in it, and nothing else") {
                   [](const auto& particles, std::size_t slot) { REQUIRE(particles.position(slot)[1] > 0.5F); });
 }
 
+/// A row of particles at y = 0.7 m that fall by 0.9 cells a step; their ways of one step are 0.7 to 0.64375 m, and so
+/// on.
+template <class Transfer>
+auto falling(std::array<bool, 2> periodic = {}) {
+    constexpr double h = 1.0 / 16;
+    Simulation simulation(Domain<2>{{0.0, 0.0}, {1.0, 1.0}, h, periodic}, NoStress<float>{}, Transfer{}, NoBoundary{});
+    simulation.gravity = {0.0, 0.0};
+    simulation.fixed_time_step = 0.01;
+    simulation.warn = nullptr;
+    Samples<2> row{{}, spacing * spacing};
+    for (int i = 0; i < 10; ++i) row.positions.push_back({(i + 0.5) / 10, 0.7});
+    simulation.add(row, 1000, {0.0, -0.9 * h / 0.01});
+    return simulation;
+}
+
+TEMPLATE_TEST_CASE("a sink takes out what comes through it, however thin it is", "", Apic, Pic, Flip<>, Asflip<>) {
+    // The sink lies between two places of the particles, and is thinner than what float resolves of a step; or a plane.
+    for (const double thickness : {1e-3, 1e-6, 0.0}) {
+        for (const double at : {0.68, 0.55, 0.31}) {
+            auto simulation = falling<TestType>();
+            simulation.add_sink({{0.25, at}, {0.65, at + thickness}});
+            for (int step = 0; step < 8; ++step) simulation.step();
+            CHECK(simulation.particles().size() == 6);  // those at 0.05, 0.15, 0.65 to 0.95 m; 0.25 m is on the face
+        }
+    }
+}
+
+TEST_CASE("a sink takes out what clips its corner, and not what passes beside it") {
+    const auto left = [](const Vec<double, 2>& lower, const Vec<double, 2>& upper) {
+        Simulation simulation(Domain<2>{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, NoStress<double>{}, NoBoundary{});
+        simulation.gravity = {0.0, 0.0};
+        simulation.fixed_time_step = 0.01;
+        simulation.warn = nullptr;
+        simulation.add(Samples<2>{{{0.5, 0.5}}, spacing * spacing}, 1000, {4.0, 2.0});
+        simulation.add_sink({lower, upper});
+        simulation.add(Samples<2>{{{0.1, 0.9}}, spacing * spacing}, 1000);  // so that one is left
+        simulation.step();
+        return simulation.particles().size() == 2;
+    };
+    // The way leads from (0.5, 0.5) to (0.54, 0.52), through (0.52, 0.51).
+    CHECK_FALSE(left({0.52 - 1e-6, 0.4}, {0.6, 0.51 + 1e-6}));
+    CHECK(left({0.52 + 1e-6, 0.4}, {0.6, 0.51 - 1e-6}));
+    CHECK_FALSE(left({0.4, 0.51 - 1e-6}, {0.52 + 1e-6, 0.6}));
+    CHECK(left({0.4, 0.51 + 1e-6}, {0.52 - 1e-6, 0.6}));
+    CHECK(left({0.5, 0.52}, {0.54 - 1e-6, 0.6}));  // the boxes of the way and the sink meet
+    CHECK_FALSE(left({-1e300, 0.51}, {1e300, 0.51}));
+    const double all = std::numeric_limits<double>::infinity();
+    CHECK_FALSE(left({-all, 0.515}, {all, 0.516}));
+}
+
+TEST_CASE("a sink takes out what comes through it on the way through a periodic end") {
+    // From 0.7 m, the particles reach y = 0.025 m after 12 steps, and then −0.03125, which is 0.96875 m.
+    for (const double at : {0.01, 0.98}) {
+        auto simulation = falling<Apic>({false, true});
+        simulation.add_sink({{0.0, at}, {0.5, at + 1e-4}});
+        for (int step = 0; step < 12; ++step) simulation.step();
+        CHECK(simulation.particles().size() == 10);
+        simulation.step();
+        CHECK(simulation.particles().size() == 5);
+    }
+    auto simulation = falling<Apic>({false, true});
+    simulation.add_sink({{0.0, 0.5}, {0.5, 0.5001}});
+    simulation.add_sink({{0.5, 0.96}, {1.0, 0.961}});  // beside the way
+    for (int step = 0; step < 13; ++step) simulation.step();
+    CHECK(simulation.particles().size() == 5);
+}
+
+TEST_CASE("a sink takes out what a source sends through it within a step") {
+    Simulation<2> simulation = box();
+    simulation.fixed_time_step = 0.02;  // 1.28 spacings of the jet
+    simulation.add_source(Source<2>::jet(layer(), spacing, 1000, {0.0, -2.0}));
+    simulation.add_sink({{0.0, 0.8}, {1.0, 0.8001}});  // at 1/64 m below the nozzle
+    simulation.warn = nullptr;
+    for (int step = 0; step < 20; ++step) {
+        simulation.step();
+        for_particles(simulation,
+                      [](const auto& particles, std::size_t slot) { REQUIRE(particles.position(slot)[1] > 0.8F); });
+    }
+    CHECK(simulation.particles().next_id() > 20 * 8);
+}
+
 TEST_CASE("remove_if takes out those that are named; the others go on as if alone") {
     Simulation<2> simulation = box(), alone = box();
     const auto here = sample_box<2>({0.1, 0.1}, {0.3, 0.3}, {.spacing = spacing});

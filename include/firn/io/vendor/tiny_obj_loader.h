@@ -4,6 +4,7 @@
 #pragma GCC system_header
 #define FIRN_TINYOBJLOADER_USE_DOUBLE
 #define FIRN_TINYOBJLOADER_IMPLEMENTATION
+#include <firn/core/build.hpp>
 
 /*
 The MIT License (MIT)
@@ -75,7 +76,7 @@ THE SOFTWARE.
 #include <string>
 #include <vector>
 
-namespace firn_tinyobj {
+namespace firn_tinyobj::inline FIRN_BUILD {
 
 // TODO(syoyo): Better C++11 detection for older compiler
 #if __cplusplus > 199711L
@@ -657,7 +658,7 @@ bool ParseTextureNameAndOption(std::string *texname, texture_option_t *texopt,
 
 /// =<<========== Legacy v1 API =============================================
 
-}  // namespace firn_tinyobj
+}  // namespace firn_tinyobj::inline FIRN_BUILD
 
 #endif  // FIRN_TINY_OBJ_LOADER_H_
 
@@ -697,7 +698,7 @@ bool ParseTextureNameAndOption(std::string *texname, texture_option_t *texopt,
 
 #endif  // FIRN_TINYOBJLOADER_USE_MAPBOX_EARCUT
 
-namespace firn_tinyobj {
+namespace firn_tinyobj::inline FIRN_BUILD {
 
 inline MaterialReader::~MaterialReader() {}
 
@@ -812,7 +813,7 @@ inline std::istream &safeGetline(std::istream &is, std::string &t) {
 
 template <typename T>
 inline std::string toString(const T &t) {
-  std::stringstream ss;
+  std::stringstream ss; ss.imbue(std::locale::classic());
   ss << t;
   return ss.str();
 }
@@ -2090,7 +2091,7 @@ inline void LoadMtl(std::map<std::string, int> *material_map,
   // and Kd is not.
   bool has_kd = false;
 
-  std::stringstream warn_ss;
+  std::stringstream warn_ss; warn_ss.imbue(std::locale::classic());
 
   size_t line_no = 0;
   std::string linebuf;
@@ -2504,7 +2505,7 @@ inline bool MaterialFileReader::operator()(const std::string &matId,
       }
     }
 
-    std::stringstream ss;
+    std::stringstream ss; ss.imbue(std::locale::classic());
     ss << "Material file [ " << matId
        << " ] not found in a path : " << m_mtlBaseDir << "\n";
     if (warn) {
@@ -2521,7 +2522,7 @@ inline bool MaterialFileReader::operator()(const std::string &matId,
       return true;
     }
 
-    std::stringstream ss;
+    std::stringstream ss; ss.imbue(std::locale::classic());
     ss << "Material file [ " << filepath
        << " ] not found in a path : " << m_mtlBaseDir << "\n";
     if (warn) {
@@ -2539,7 +2540,7 @@ inline bool MaterialStreamReader::operator()(const std::string &matId,
   (void)err;
   (void)matId;
   if (!m_inStream) {
-    std::stringstream ss;
+    std::stringstream ss; ss.imbue(std::locale::classic());
     ss << "Material stream in error state. \n";
     if (warn) {
       (*warn) += ss.str();
@@ -2562,7 +2563,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
   attrib->colors.clear();
   shapes->clear();
 
-  std::stringstream errss;
+  std::stringstream errss; errss.imbue(std::locale::classic());
 
   std::ifstream ifs(filename);
   if (!ifs) {
@@ -2593,7 +2594,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
              std::string *err, std::istream *inStream,
              MaterialReader *readMatFn /*= NULL*/, bool triangulate,
              bool default_vcols_fallback) {
-  std::stringstream errss;
+  std::stringstream errss; errss.imbue(std::locale::classic());
 
   std::vector<real_t> v;
   std::vector<real_t> vertex_weights;  // optional [w] component in `v`
@@ -2723,7 +2724,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
 
         if (j < static_cast<real_t>(0)) {
           if (err) {
-            std::stringstream ss;
+            std::stringstream ss; ss.imbue(std::locale::classic());
             ss << "Failed parse `vw' line. joint_id is negative. "
                   "line "
                << line_num << ".)\n";
@@ -2893,7 +2894,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
 
         if (filenames.empty()) {
           if (warn) {
-            std::stringstream ss;
+            std::stringstream ss; ss.imbue(std::locale::classic());
             ss << "Looks like empty filename for mtllib. Use default "
                   "material (line "
                << line_num << ".)\n";
@@ -2969,13 +2970,13 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
       if (names.size() < 2) {
         // 'g' with empty names
         if (warn) {
-          std::stringstream ss;
+          std::stringstream ss; ss.imbue(std::locale::classic());
           ss << "Empty group name. line: " << line_num << "\n";
           (*warn) += ss.str();
           name = "";
         }
       } else {
-        std::stringstream ss;
+        std::stringstream ss; ss.imbue(std::locale::classic());
         ss << names[1];
 
         // tinyobjloader does not support multiple groups for a primitive.
@@ -3010,7 +3011,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
 
       // @todo { multiple object name? }
       token += 2;
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << token;
       name = ss.str();
 
@@ -3112,14 +3113,14 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
 
   if (greatest_v_idx >= static_cast<int>(v.size() / 3)) {
     if (warn) {
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << "Vertex indices out of bounds (line " << line_num << ".)\n\n";
       (*warn) += ss.str();
     }
   }
   if (greatest_vn_idx >= static_cast<int>(vn.size() / 3)) {
     if (warn) {
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << "Vertex normal indices out of bounds (line " << line_num
          << ".)\n\n";
       (*warn) += ss.str();
@@ -3127,7 +3128,7 @@ inline bool LoadObj(attrib_t *attrib, std::vector<shape_t> *shapes,
   }
   if (greatest_vt_idx >= static_cast<int>(vt.size() / 2)) {
     if (warn) {
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << "Vertex texcoord indices out of bounds (line " << line_num
          << ".)\n\n";
       (*warn) += ss.str();
@@ -3166,7 +3167,7 @@ inline bool LoadObjWithCallback(std::istream &inStream, const callback_t &callba
                          MaterialReader *readMatFn /*= NULL*/,
                          std::string *warn, /* = NULL*/
                          std::string *err /*= NULL*/) {
-  std::stringstream errss;
+  std::stringstream errss; errss.imbue(std::locale::classic());
 
   // material
   std::set<std::string> material_filenames;
@@ -3276,7 +3277,7 @@ inline bool LoadObjWithCallback(std::istream &inStream, const callback_t &callba
     // use mtl
     if ((0 == strncmp(token, "usemtl", 6)) && FIRN_IS_SPACE((token[6]))) {
       token += 7;
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << token;
       std::string namebuf = ss.str();
 
@@ -3398,7 +3399,7 @@ inline bool LoadObjWithCallback(std::istream &inStream, const callback_t &callba
       // @todo { multiple object name? }
       token += 2;
 
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << token;
       std::string object_name = ss.str();
 
@@ -3414,7 +3415,7 @@ inline bool LoadObjWithCallback(std::istream &inStream, const callback_t &callba
       tag_t tag;
 
       token += 2;
-      std::stringstream ss;
+      std::stringstream ss; ss.imbue(std::locale::classic());
       ss << token;
       tag.name = ss.str();
 
@@ -3437,7 +3438,7 @@ inline bool LoadObjWithCallback(std::istream &inStream, const callback_t &callba
 
       tag.stringValues.resize(static_cast<size_t>(ts.num_strings));
       for (size_t i = 0; i < static_cast<size_t>(ts.num_strings); ++i) {
-        std::stringstream ss;
+        std::stringstream ss; ss.imbue(std::locale::classic());
         ss << token;
         tag.stringValues[i] = ss.str();
         token += tag.stringValues[i].size() + 1;
@@ -3501,7 +3502,7 @@ inline bool ObjReader::ParseFromString(const std::string &obj_text,
 #ifdef __clang__
 #pragma clang diagnostic pop
 #endif
-}  // namespace firn_tinyobj
+}  // namespace firn_tinyobj::inline FIRN_BUILD
 
 #endif
 

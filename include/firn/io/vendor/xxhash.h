@@ -6,6 +6,23 @@
 #if defined(__AVX512F__)
 #define FIRN_XXH_VECTOR FIRN_XXH_AVX2 // as fast on what lies in memory; g++ 12 warns of its own AVX-512 intrinsics
 #endif
+// What it includes, before the namespace begins.
+#include <firn/core/build.hpp>
+#include <limits.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+#if defined(__ARM_FEATURE_SVE)
+#include <arm_sve.h>
+#endif
 
 /*
  * xxHash - Extremely Fast Hash algorithm
@@ -179,7 +196,7 @@
  */
 
 #if defined (__cplusplus)
-extern "C" {
+namespace firn_xxhash::inline FIRN_BUILD {
 #endif
 
 /* ****************************
@@ -6778,14 +6795,16 @@ FIRN_XXH3_generateSecret_fromSeed(FIRN_XXH_NOESCAPE void* secretBuffer, FIRN_XXH
 
 
 #if defined (__cplusplus)
-} /* extern "C" */
+}
 #endif
 
-inline uint64_t firn_xxh3_64bits(const void* data, size_t bytes) { return FIRN_XXH3_64bits(data, bytes); }
-using firn_xxh3_state = FIRN_XXH3_state_t;
-inline void firn_xxh3_reset(firn_xxh3_state& state) { FIRN_XXH3_64bits_reset(&state); }
-inline void firn_xxh3_update(firn_xxh3_state& state, const void* data, size_t bytes) { FIRN_XXH3_64bits_update(&state, data, bytes); }
-inline uint64_t firn_xxh3_digest(const firn_xxh3_state& state) { return FIRN_XXH3_64bits_digest(&state); }
+namespace firn_xxhash::inline FIRN_BUILD {
+inline uint64_t hash(const void* data, size_t bytes) { return FIRN_XXH3_64bits(data, bytes); }
+using state = FIRN_XXH3_state_t;
+inline void reset(state& s) { FIRN_XXH3_64bits_reset(&s); }
+inline void update(state& s, const void* data, size_t bytes) { FIRN_XXH3_64bits_update(&s, data, bytes); }
+inline uint64_t digest(const state& s) { return FIRN_XXH3_64bits_digest(&s); }
+}
 
 #undef FIRN_XXH128
 #undef FIRN_XXH128_canonicalFromHash
