@@ -67,7 +67,8 @@ void collisions(benchmark::State& state, std::size_t n, int threads) {
     double sort = 0, find = 0, impulses = 0, shifts = 0, at_walls = 0;
     const auto step = [&] {
         for (auto& v : points.velocity) v[1] -= 9.81f * dt;
-        for (std::size_t i = 0; i < points.size(); ++i) points.position[i] += firn::cast<double>(points.velocity[i]) * double(dt);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            points.position[i] += firn::cast<double>(points.velocity[i]) * double(dt);
         sort += seconds_of([&] { grid.build(points, threads); });
         const double parts[] = {seconds_of([&] { collisions.find(points, walls, 0.2, threads); }),
                                 seconds_of([&] { collisions.change_velocities(points, threads); }),

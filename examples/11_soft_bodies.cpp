@@ -36,8 +36,7 @@ struct Placed {
 
 double volume_of(const System& system, const Placed& body) {
     firn::TriangleMesh mesh = firn::surface_mesh(body.net);
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        mesh.vertices[i] = system.points.position[body.first + i];
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) mesh.vertices[i] = system.points.position[body.first + i];
     return firn::signed_volume(mesh);
 }
 

@@ -202,9 +202,8 @@ int toybox(int argc, char** argv) {
     double speed = 0, longest = 0;
     for (const auto& v : system.points.velocity) speed += double(norm(v)) / double(system.points.size());
     for (const auto& each : system.constraints.all())
-        longest =
-            std::max(longest, norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
-                                  double(each.rest));
+        longest = std::max(longest, norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
+                                        double(each.rest));
     std::printf("%s%zu points move at %.3f m/s on average; the longest link is %.3f times its length at rest\n",
                 outcome.part().c_str(), system.points.size(), speed, longest);
     return outcome.exit_code();

@@ -45,8 +45,7 @@ int main() {
         const double t = system.time(), strength = t < 2 ? 2 : 12;
         air.law.wind = {0, 0, float(strength * (1 + std::sin(4 * t)))};  // m/s
         system.step(1.0 / 1000);
-        for (const auto& x : system.points.position)
-            nearest = std::min(nearest, norm(x - ball.position) - 0.25);
+        for (const auto& x : system.points.position) nearest = std::min(nearest, norm(x - ball.position) - 0.25);
         if (t < 2) torn_in_breeze = system.torn().size();
     }
     std::printf("torn links: %zu in the breeze, %zu in the storm; nearest to the ball: %.3f m\n", torn_in_breeze,

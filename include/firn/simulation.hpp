@@ -156,8 +156,7 @@ public:
     /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
     ///   the boundary;
-    /// - the domain is so far from 0 that positions in float, in states for example, are rounded to a twentieth of a
-    /// cell;
+    /// - the domain is so far from 0 that positions, as in states, are rounded to a twentieth of a cell;
     /// - the walls do not coincide with the faces of the domain, or stand between planes of nodes;
     /// - matter has reached a face of the domain that has no wall;
     /// - matter under tension is stretched farther than the kernel joins its particles.
@@ -355,8 +354,7 @@ private:
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return bound_.reason(step_inputs()); });
         if (warn && warning.empty())
-            warning =
-                warnings_.template of_matter<Kernel, Transfer>(sets_, domain(), boundary, now_, workers(), ranks());
+            warning = warnings_.of_matter<Kernel, Transfer>(sets_, domain(), boundary, now_, workers(), ranks());
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
@@ -422,8 +420,7 @@ private:
         });
     }
 
-    /// Sums momenta on the grid and updates the nodes; the boundary acts by the gap of particles. Returns what
-    /// grid_update() does.
+    /// Does and returns what make_grid() and grid_update() do, where the boundary acts by the gap of particles.
     template <class Acceleration>
     double update_by_gap(double dt, const Acceleration& acceleration)
         requires(acts_by_gap<Boundary> && boundary_fits)
@@ -501,8 +498,7 @@ private:
         set.readiness.prepare();
     }
 
-    template <class Is>
-    bool any_set(const Is& is) const {
+    bool any_set(const auto& is) const {
         return std::apply([&](const auto&... set) { return (is(set) || ...); }, sets_);
     }
     /// Returns the index of the material of a set in the list of materials.
@@ -534,8 +530,7 @@ private:
         if constexpr (Law::between_groups) contact_memory_.meetings.find(grid_, all, elsewhere);
     }
 
-    template <class F>
-    void for_sets(const F& f) {
+    void for_sets(const auto& f) {
         std::apply([&](auto&... set) { (f(set), ...); }, sets_);
     }
     SparseGrid<S, D> grid_;

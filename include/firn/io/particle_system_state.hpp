@@ -18,8 +18,9 @@ namespace firn {
 
 /// Returns a state of point masses, for output, with the points in the order of their ids. The state has the positions
 /// [m], rounded to S, all fields of the points whose values have type S (velocities [m/s], masses [kg], …), and a field
-/// `pinned`, which is 1 for a pinned point and 0 for any other point. State::body has the group of each point. A run cannot be
-/// continued from this state; for a state from which a run can be continued, call state_of() of the ParticleSystem.
+/// `pinned`, which is 1 for a pinned point and 0 for any other point. State::body has the group of each point. A run
+/// cannot be continued from this state; for a state from which a run can be continued, call state_of() of the
+/// ParticleSystem.
 /// \param points  the points
 /// \param facets  triangles (edges in 2D), each given by the indices of its corners in `points`, from 0
 /// \param time    time of the state [s]
@@ -95,6 +96,7 @@ std::vector<StateAttribute> system_attributes() {
 
 /// The table with the positions of points in double, of which the field of this name has the rounded values.
 inline constexpr const char* position_table = "position";
+
 /// Returns what shapes a run besides the parameters in its states. \see Settings
 ///
 /// Constraints, elements and emitters are told as they were added. What a program may change from step to step, such as
@@ -240,8 +242,8 @@ private:
     /// double or the state was written by an earlier firn.
     void read_positions(PointMasses<S, D>& points) const {
         const std::span<const S> rounded = field({"position", "m", FieldShape::vector, FieldRole::motion});
-        const bool is_exact = std::ranges::any_of(
-            state_.tables, [](const StateTable& each) { return each.name == position_table; });
+        const bool is_exact =
+            std::ranges::any_of(state_.tables, [](const StateTable& each) { return each.name == position_table; });
         const std::int64_t* const exact = is_exact ? table(state_.tables, position_table, D).values.data() : nullptr;
         if (is_exact && table(state_.tables, position_table, D).values.size() != rounded.size())
             throw damaged("position");
@@ -290,9 +292,10 @@ private:
 }  // namespace detail
 
 /// Returns the current state of a particle system. The state has everything that is needed to continue the run: the
-/// points and facets, the positions in double (a table `position`; the field has them rounded to S), the times at which points are removed, torn links, the number of births and the living particles
-/// of each emitter, contact impulses, gravity [m/s²], damping [1/s], the number of iterations, the coefficient of
-/// restitution, the parameters of the boundary, and the names of the integrator and the boundary.
+/// points and facets, the positions in double (a table `position`; the field has them rounded to S), the times at which
+/// points are removed, torn links, the number of births and the living particles of each emitter, contact impulses,
+/// gravity [m/s²], damping [1/s], the number of iterations, the coefficient of restitution, the parameters of the
+/// boundary, and the names of the integrator and the boundary.
 /// \throws particle_error  if the position or velocity of a point is not finite; the message names the first such point
 template <int D, std::floating_point S, class Integrator, class Boundary>
 State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {

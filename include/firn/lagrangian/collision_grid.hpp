@@ -90,7 +90,8 @@ public:
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
     /// Returns the position from which coordinates() are counted [m].
     const Place& origin() const { return from_; }
-    /// Returns an upper bound of the rounding error of a distance of two points that is computed from coordinates() [m].
+    /// Returns an upper bound of the rounding error of a distance of two points that is computed from coordinates()
+    /// [m].
     double error_of_distance() const { return error_; }
     /// Returns an array of the sorted points' radii [m], in sorted order, followed by `padding` zeros.
     const S* radii() const { return radii_.data(); }

@@ -172,8 +172,8 @@ public:
         excluded_.prepare(points.size());
         grid_.build(points, threads);
         std::swap(table_, before_);
-        detail::with_surfaces<S, D>(
-            boundary, [&](const auto& see) { table_.find(grid_, points, excluded_, see, threads); });
+        detail::with_surfaces<S, D>(boundary,
+                                    [&](const auto& see) { table_.find(grid_, points, excluded_, see, threads); });
         begun_ = false;
         rebounds_ = approach.is_known() && std::max(restitution, restitution_of_surfaces) > 0;
         const std::size_t all = grid_.size() + table_.surface_count();
@@ -272,9 +272,7 @@ public:
         threads = thread_count(threads);
         gather(
             x_, threads,
-            [&](std::size_t k) FIRN_LAMBDA {
-                return cast<S>(points.position[grid_.place(k)] - grid_.position(k));
-            },
+            [&](std::size_t k) FIRN_LAMBDA { return cast<S>(points.position[grid_.place(k)] - grid_.position(k)); },
             [&](std::size_t k) FIRN_LAMBDA { return grid_.radii()[k]; });
         const auto part = [](Block& block, const Aside& aside, const Seen& own, const Seen& other) FIRN_LAMBDA {
             const PV apart = block.vector(block.normal) * P::load(aside.distance) + (own.vector - other.vector);
@@ -297,8 +295,9 @@ public:
     const CollisionGrid<S, D>& grid() const { return grid_; }
     /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
-        std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
-                          (x_.capacity() + v_.capacity() + a_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
+        std::size_t sum =
+            grid_.bytes() + table_.bytes() + before_.bytes() +
+            (x_.capacity() + v_.capacity() + a_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
         for (const auto& blocks : blocks_) sum += blocks.capacity() * sizeof(Block);
         for (const auto& asides : asides_) sum += asides.capacity() * sizeof(Aside);
         return sum;
@@ -360,9 +359,9 @@ private:
         for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a < D ? a : 0] : a == D ? number : S(0);
     }
 
-    /// Copies the velocities of the points of the chunk with index `which` to v_, as quads (groups of four numbers), and
-    /// the accelerations to a_ if they are needed. The surfaces that these points touch are stored after the quads of
-    /// all points, as if they were pinned points. The radius stored for a surface is a huge negative number, so that
+    /// Copies the velocities of the points of the chunk with index `which` to v_, as quads (groups of four numbers),
+    /// and the accelerations to a_ if they are needed. The surfaces that these points touch are stored after the quads
+    /// of all points, as if they were pinned points. The radius stored for a surface is a huge negative number, so that
     /// shift() ignores the surface.
     template <class Acceleration>
     void copy_points(std::size_t which, const PointMasses<S, D>& points, const Acceleration& acceleration) {
@@ -487,8 +486,8 @@ private:
         const P rate = dot(v.vector - v_other.vector, normal);
         if constexpr (Rebounds) {
             const PV a = load(a_.data(), block.own).vector, a_other = load(a_.data(), block.other).vector;
-            const Rebound<P> after = rebound(max(overlap, P(0)), rate, dot(a - a_other, normal),
-                                             P(times.lag), P(times.step), e);
+            const Rebound<P> after =
+                rebound(max(overlap, P(0)), rate, dot(a - a_other, normal), P(times.lag), P(times.step), e);
             // A point that others support falls towards them with its whole acceleration in every step, and rests.
             const P of_a_step = P(std::max(times.step, 2 * std::abs(times.lag)));
             const auto comes = rate < -sqrt(max(dot(a, a), dot(a_other, a_other))) * of_a_step;
@@ -538,8 +537,8 @@ private:
     }
 
     /// Runs passes over all contacts. In each pass, the vector (velocity or position) of each point changes by the
-    /// point's inverse mass times the sum of act(block, aside, own, other) over the contacts of the point. The arguments `own`
-    /// and `other` are the values of the two points of a contact after the previous pass.
+    /// point's inverse mass times the sum of act(block, aside, own, other) over the contacts of the point. The
+    /// arguments `own` and `other` are the values of the two points of a contact after the previous pass.
     /// \param values  one quad per point: see x_ and v_
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
@@ -557,7 +556,8 @@ private:
         auto& blocks = blocks_[which];
         if (felt.size() < 4 * lanes * blocks.size()) felt.resize(8 * lanes * blocks.size());
         for (std::size_t b = 0; b < blocks.size(); ++b) {
-            const PV of_contact = act(blocks[b], asides_[which][b], load(now, blocks[b].own), load(now, blocks[b].other));
+            const PV of_contact =
+                act(blocks[b], asides_[which][b], load(now, blocks[b].own), load(now, blocks[b].other));
             P r[4]{P(0), P(0), P(0), P(0)};
             unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = of_contact.v[a]; });
             store_quads(r, felt.data() + 4 * lanes * b);
@@ -572,15 +572,15 @@ private:
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    Table table_, before_;                       ///< table_: contacts of this step; before_: of the last step
+    Table table_, before_;  ///< table_: contacts of this step; before_: of the last step
     /// For each chunk of points: the contacts of these points.
     std::vector<aligned_vector<Block>> blocks_;
     std::vector<aligned_vector<Aside>> asides_;
     /// Quads (four numbers per point, in the sorted order of grid_). x_: displacement since find() and radius; v_:
     /// velocity and inverse mass; a_: acceleration, only if rebounds_; next_: the values that a pass computes.
     aligned_vector<S> x_, v_, a_, next_;
-    aligned_vector<S> w_;  ///< inverse masses, in the sorted order of grid_ [1/kg]
-    bool begun_ = false;   ///< whether the impulses of the last step were applied in this step
+    aligned_vector<S> w_;    ///< inverse masses, in the sorted order of grid_ [1/kg]
+    bool begun_ = false;     ///< whether the impulses of the last step were applied in this step
     bool rebounds_ = false;  ///< whether points that rebound are moved
     std::vector<std::size_t> phases_;
     std::vector<aligned_vector<S>>

@@ -17,13 +17,13 @@ namespace firn {
 /// compliance α has C + α̃ λ = 0, where −α̃ λ is its stretch under the impulse λ, see link_solver.hpp; that of a rigid
 /// one has C = 0.
 struct ConstraintErrors {
-    std::uint64_t rigid_count = 0;      ///< Number of constraints without compliance.
-    std::uint64_t compliant_count = 0;  ///< Number of constraints with compliance.
-    double rigid_squares = 0;           ///< Sum of (C/l₀)² of rigid constraints [1].
-    double compliant_squares = 0;       ///< Sum of (C + α̃ λ)² of compliant constraints [m²].
-    double stretch_squares = 0;         ///< Sum of (α̃ λ)² of compliant constraints [m²].
-    double length_squares = 0;          ///< Sum of l₀² of compliant constraints [m²].
-    double worst = 0;                   ///< The largest |C + α̃ λ|/l₀, with λ = 0 if the constraint is rigid [1].
+    std::uint64_t rigid_count = 0;        ///< Number of constraints without compliance.
+    std::uint64_t compliant_count = 0;    ///< Number of constraints with compliance.
+    double rigid_squares = 0;             ///< Sum of (C/l₀)² of rigid constraints [1].
+    double compliant_squares = 0;         ///< Sum of (C + α̃ λ)² of compliant constraints [m²].
+    double stretch_squares = 0;           ///< Sum of (α̃ λ)² of compliant constraints [m²].
+    double length_squares = 0;            ///< Sum of l₀² of compliant constraints [m²].
+    double worst = 0;                     ///< The largest |C + α̃ λ|/l₀, with λ = 0 if the constraint is rigid [1].
     std::array<std::uint32_t, 2> ends{};  ///< The points, by index, of the constraint with this error.
 
     /// Returns the root mean square of C/l₀ of rigid constraints [1].

@@ -58,9 +58,9 @@ struct ContactTable {
 
     /// The contacts of `chunk_size` points with consecutive ranks.
     struct Chunk {
-        std::size_t used = 0;                        ///< Number of contacts. The arrays below may be longer.
-        std::vector<std::uint32_t> others;           ///< Per contact: rank of the other point, or first_surface − k.
-        std::vector<std::uint32_t> ids;              ///< Per contact: id of the other point, or first_surface − k.
+        std::size_t used = 0;               ///< Number of contacts. The arrays below may be longer.
+        std::vector<std::uint32_t> others;  ///< Per contact: rank of the other point, or first_surface − k.
+        std::vector<std::uint32_t> ids;     ///< Per contact: id of the other point, or first_surface − k.
         /// Four values per contact: the vector from the other point to the own one [m], then zeros. All values of a
         /// contact with a surface are zero.
         aligned_vector<S> apart;

@@ -33,11 +33,11 @@ enum class ConstraintUpdate {
 struct ConstraintOptions {
     /// Compliance α of XPBD, the inverse of a spring's stiffness [m/N]; 0: rigid.
     ///
-    /// Once the iterations have solved the constraints, the stiffness of the body depends neither on their number nor on
-    /// the time step. Until then, it does. A chain of 10 links of 1e-4 m/N that carries 1 kg between points of 1 kg is
-    /// right with 8 iterations of 10 ms. Between points of 1 g, its stretch is 113 times too large with them, 1.7 times
-    /// with 8 iterations of 1 ms, and right with 100 iterations of 1 ms. Smaller steps help more than more iterations. A
-    /// system warns: see DistanceConstraints::compliant_tolerance.
+    /// Once the iterations have solved the constraints, the stiffness of the body depends neither on their number nor
+    /// on the time step. Until then, it does. A chain of 10 links of 1e-4 m/N that carries 1 kg between points of 1 kg
+    /// is right with 8 iterations of 10 ms. Between points of 1 g, its stretch is 113 times too large with them, 1.7
+    /// times with 8 iterations of 1 ms, and right with 100 iterations of 1 ms. Smaller steps help more than more
+    /// iterations. A system warns: see DistanceConstraints::compliant_tolerance.
     double compliance = 0;
     /// The fraction of each correction that is applied, above 0 and at most 1. The resulting stiffness of the body
     /// depends on the number of iterations.

@@ -22,9 +22,9 @@ namespace firn {
 /// Law::corners = K, and law.forces(element, x, v), which returns the forces [N] on the K corners. x are the positions
 /// [m] and v the velocities [m/s] of the corners, in arrays of K vectors. Positions are counted from the first corner,
 /// so x[0] is zero: differences of positions are formed in double, and do not lose digits far from the origin. The one
-/// position of an element of one corner is counted from the origin. A law that needs places in space, as an anchor does,
-/// takes a last argument more, `at`: the position of the first corner, as Vec<double, D>. x is then always counted from
-/// the first corner. The members below may take it, too.
+/// position of an element of one corner is counted from the origin. A law that needs places in space, as an anchor
+/// does, takes a last argument more, `at`: the position of the first corner, as Vec<double, D>. x is then always
+/// counted from the first corner. The members below may take it, too.
 ///
 /// Optional members are:
 ///
@@ -35,8 +35,8 @@ namespace firn {
 ///     check(element), check()     throw an error if a parameter is out of range
 ///
 /// Stiffness and damping bound the time step, see ParticleSystem::stable_time_step. If the force of a law depends on
-/// positions and the law has no stiffness(), or on velocities and it has no damping(), then nothing tells that a step is
-/// too large for it.
+/// positions and the law has no stiffness(), or on velocities and it has no damping(), then nothing tells that a step
+/// is too large for it.
 ///
 /// If K is 2, the law has a number `tear_factor`, and its elements have a length at rest `rest` [m], then the elements
 /// tear as springs do, see SpringDamper::tear_factor.
@@ -99,8 +99,8 @@ public:
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t e = first; e < last; ++e) {
                 const auto v = at_corners(points.velocity, e);
-                const auto of_element = from_first<has_forces<Place>>(
-                    points, e, [&](const Vectors& x, const auto&... at) FIRN_LAMBDA {
+                const auto of_element =
+                    from_first<has_forces<Place>>(points, e, [&](const Vectors& x, const auto&... at) FIRN_LAMBDA {
                         return law.forces(elements_[e], x, v, at...);
                     });
                 std::copy(of_element.begin(), of_element.end(), parts_.begin() + std::ptrdiff_t(e * K));
@@ -176,7 +176,8 @@ public:
                 bool any = false;
                 for (std::size_t e = first; e < last; ++e) {
                     const auto [a, b] = corners_[e];
-                    any |= detail::is_too_long(points.position[a], points.position[b], elements_[e].rest, factors_.square_of(e, of_others));
+                    any |= detail::is_too_long(points.position[a], points.position[b], elements_[e].rest,
+                                               factors_.square_of(e, of_others));
                 }
                 if (any) found = true;
             });
@@ -212,8 +213,8 @@ private:
     static constexpr bool has_damping =
         requires(const Law l, const Element e, const Vectors x, const At... at) { l.damping(e, x, x, at...); };
     static constexpr bool has_constant_damping = requires(const Law l, const Element e) { l.damping(e); };
-    static constexpr bool bounds_step = has_stiffness<> || has_stiffness<Place> || has_damping<> ||
-                                        has_damping<Place> || has_constant_damping;
+    static constexpr bool bounds_step =
+        has_stiffness<> || has_stiffness<Place> || has_damping<> || has_damping<Place> || has_constant_damping;
 
     /// Calls f with the positions of an element's corners, counted from the first one. If `WithPlace`, f gets the
     /// position of the first one, too.

@@ -1,7 +1,7 @@
 /// \file How distance constraints move the ends of their links: SHAKE with the compliance of XPBD, in SIMD lanes.
 ///
-/// Let r = x_b − x_a be the vector between the ends a and b, l = |r| their distance and l₀ the length at rest. Under the
-/// impulse λ [kg m], negative under tension, the distance in equilibrium is l₀ − α̃ λ, where α̃ = α/dt², α is the
+/// Let r = x_b − x_a be the vector between the ends a and b, l = |r| their distance and l₀ the length at rest. Under
+/// the impulse λ [kg m], negative under tension, the distance in equilibrium is l₀ − α̃ λ, where α̃ = α/dt², α is the
 /// compliance and dt the time step. A correction brings the ends nearer to it:
 ///
 ///     x_a −= w_a Δλ d,  x_b += w_b Δλ d,  Δλ = (l₀ − l − α̃ λ) / (w d·r/l + α̃),  w = w_a + w_b
@@ -246,8 +246,8 @@ private:
         }
         const T change = missing * length / divisor * link.part, multiplier = link.multiplier + change;
         // If both ends are pinned, the multiplier is not a number, and the correction is not straight.
-        const auto is_straight =
-            (link.unit * max(T(S(0.5)) * length, T(S(1e-15))) < ahead) & (pull(link, multiplier) <= link.rest * T(calm_));
+        const auto is_straight = (link.unit * max(T(S(0.5)) * length, T(S(1e-15))) < ahead) &
+                                 (pull(link, multiplier) <= link.rest * T(calm_));
         return std::pair(Correction<T>{link.s * change, multiplier}, is_straight);
     }
     /// Returns l₀ k/n [m].
@@ -282,7 +282,8 @@ private:
         V r;
         unroll<D>([&](auto axis) FIRN_LAMBDA { r.v[axis] = link.s.v[axis] + (qb[axis] - qa[axis]); });
         auto [by, is_straight] = straight<Soft>(link, r);
-        if (!is_straight) [[unlikely]] by = turned(link, r, pull(link, by.multiplier) / link.rest * links_[k]);
+        if (!is_straight) [[unlikely]]
+            by = turned(link, r, pull(link, by.multiplier) / link.rest * links_[k]);
         multiplier_[k] = by.multiplier;
         return by.impulse;
     }
@@ -302,9 +303,8 @@ private:
     template <bool Soft>
     FIRN_INLINE void correct_lanes(std::size_t k) {
         const Link* const links = all_ + k;
-        const auto end = [links](std::size_t which) FIRN_LAMBDA {
-            return [=](int l) FIRN_LAMBDA { return links[l].ends[which]; };
-        };
+        const auto end = [links](std::size_t which)
+                             FIRN_LAMBDA { return [=](int l) FIRN_LAMBDA { return links[l].ends[which]; }; };
         P a[4], b[4];
         load_quads_of(points_.data(), end(0), a);
         load_quads_of(points_.data(), end(1), b);
@@ -337,7 +337,7 @@ private:
     // Of a step:
     S per_dt2_ = 0;
     const Link* all_ = nullptr;
-    aligned_vector<S> points_;                           // a quad per point: displacement, inverse mass
+    aligned_vector<S> points_;                             // a quad per point: displacement, inverse mass
     std::array<aligned_vector<S>, std::size_t(D)> along_;  // s of each link
     aligned_vector<S> unit_, multiplier_;
 };

@@ -88,10 +88,10 @@ public:
     /// The collisions of points with each other. If this std::optional is empty, points do not collide. After
     /// system.collisions.emplace(), points collide, with default parameters.
     std::optional<Collisions<S, D>> collisions{};
-    Boundary boundary{};     ///< The boundary. Each step also moves the boundary's moving parts.
+    Boundary boundary{};  ///< The boundary. Each step also moves the boundary's moving parts.
     /// Coefficient of restitution between points and the boundary, from 0 to 1 [1]; see rebound().
     double restitution = 0;
-    int threads = 0;         ///< Number of threads; 0: the number that thread_count() returns.
+    int threads = 0;  ///< Number of threads; 0: the number that thread_count() returns.
     /// The facets of the surface, as point indices, for output. A facet is removed if both end points of a torn link
     /// are corners of it.
     std::vector<Facet<D>> facets;
@@ -175,8 +175,8 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Returns the largest time step [s] for which the forces are stable, by the stiffness and damping that they have at
-    /// the present positions and velocities of the points; infinite if there are no such forces. With larger steps,
+    /// Returns the largest time step [s] for which the forces are stable, by the stiffness and damping that they have
+    /// at the present positions and velocities of the points; infinite if there are no such forces. With larger steps,
     /// velocities may grow without bound. Constraints do not limit the time step. Forces of your own limit it by what
     /// they say of themselves: see ElementForces, ForceOnEach and point_force.
     double stable_time_step() {
@@ -333,7 +333,7 @@ private:
                 drift(dt);
             boundary = advanced(boundary, dt);
             if (collisions) collisions->shift(points, threads);
-            if constexpr (!std::same_as<Boundary, NoBoundary>) 
+            if constexpr (!std::same_as<Boundary, NoBoundary>)
                 meet_surfaces(points, boundary, restitution, threads, approach(dt, dt / 2));
             is_overlong = constraints.is_overlong(points.position, threads);
             for (const auto& force : forces_)
@@ -418,9 +418,8 @@ private:
 
     /// Returns how the points have come to their positions, see Approach.
     auto approach(double step, double lag) const {
-        const auto acceleration = [this, g = cast<S>(gravity)](std::size_t i) FIRN_LAMBDA {
-            return g + force_[i] * points.inverse_mass[i];
-        };
+        const auto acceleration = [this, g = cast<S>(gravity)](std::size_t i)
+                                      FIRN_LAMBDA { return g + force_[i] * points.inverse_mass[i]; };
         return Approach<decltype(acceleration)>{step, lag, acceleration};
     }
 
@@ -479,8 +478,10 @@ private:
                      : sentence("compliant constraints with an error of ", errors.compliant(), " of their stretch"),
             " (root mean square; the worst, between points ", points.id[errors.ends[0]], " and ",
             points.id[errors.ends[1]], ", by ", errors.worst,
-            " of its length). So stiffness depends on iterations and time step. Take smaller steps, or more iterations; "
-            "or set DistanceConstraints::", of_rigid ? "rigid_tolerance" : "compliant_tolerance", ".");
+            " of its length). So stiffness depends on iterations and time step. Take smaller steps, or more "
+            "iterations; "
+            "or set DistanceConstraints::",
+            of_rigid ? "rigid_tolerance" : "compliant_tolerance", ".");
     }
     static constexpr const char* half_way = "The points are invalid; go on from the last state written.";
 
@@ -531,8 +532,9 @@ private:
     std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
     std::vector<Torn> torn_;
-    aligned_vector<Vec<S, D>> force_;         // on each point [N]
-    aligned_vector<Vec<S, D>> moved_, free_;  // displacement of each point in the step, with and without constraints [m]
+    aligned_vector<Vec<S, D>> force_;  // on each point [N]
+    aligned_vector<Vec<S, D>> moved_,
+        free_;  // displacement of each point in the step, with and without constraints [m]
     double largest_step_ = 0, warned_ratio_ = 1;
     bool has_warned_of_constraints_ = false;
     std::string to_say_;  // a warning that is given before the next step

@@ -18,15 +18,15 @@ namespace detail {
 
 /// Whether lift<T>() accepts the boundary or shape P; for a P that consists of others, without these.
 template <class P, class T>
-struct can_itself_be_lifted
-    : std::bool_constant<std::same_as<with_scalar_t<P, T>, P> || has_parameters<P> ||
-                         requires(const P policy) { policy.template lifted<T>(); }> {};
+        struct can_itself_be_lifted : std::bool_constant < std::same_as<with_scalar_t<P, T>, P> ||
+    has_parameters<P> || requires(const P policy) {
+    policy.template lifted<T>();
+}>{};
 /// Whether lift<T>() accepts the boundary or shape P, and all that it consists of.
 template <class P, class T>
 struct can_be_lifted : can_itself_be_lifted<P, T> {};
 template <template <class...> class All, class... P, class T>
-struct can_be_lifted<All<P...>, T>
-    : std::conjunction<can_itself_be_lifted<All<P...>, T>, can_be_lifted<P, T>...> {};
+struct can_be_lifted<All<P...>, T> : std::conjunction<can_itself_be_lifted<All<P...>, T>, can_be_lifted<P, T>...> {};
 template <class S, class T>
     requires std::is_arithmetic_v<S>
 struct can_be_lifted<S, T> : std::true_type {};
@@ -40,9 +40,9 @@ inline constexpr bool sees_exactly = [] {
         return false;
 }();
 
-/// Calls f(see), where see(x, seen) calls `seen` for each surface of the boundary, as has_surfaces says, with numbers of
-/// type S. The position x is in double. Distances are computed in double, too, so that they do not lose digits far from
-/// the origin; only a boundary that exists in no other precision than S gets x rounded to S.
+/// Calls f(see), where see(x, seen) calls `seen` for each surface of the boundary, as has_surfaces says, with numbers
+/// of type S. The position x is in double. Distances are computed in double, too, so that they do not lose digits far
+/// from the origin; only a boundary that exists in no other precision than S gets x rounded to S.
 template <std::floating_point S, int D, class B, class F>
 void with_surfaces(const B& boundary, const F& f) {
     if constexpr (sees_exactly<B, D>) {

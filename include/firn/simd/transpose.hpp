@@ -84,8 +84,8 @@ template <class P, class OfLane>
 FIRN_INLINE void load_quads_of(const value_type_t<P>* quads, const OfLane& of_lane, P (&r)[4]) {
     using Row = pack<value_type_t<P>, 4>;
     unroll<4>([&](auto k) FIRN_LAMBDA {
-        r[k] = detail::joined<P>(
-            [&](auto j) FIRN_LAMBDA { return Row::load(quads + 4 * std::size_t(of_lane(4 * j + k))); });
+        r[k] = detail::joined<P>([&](auto j)
+                                     FIRN_LAMBDA { return Row::load(quads + 4 * std::size_t(of_lane(4 * j + k))); });
     });
     detail::transpose_groups(r);
 }

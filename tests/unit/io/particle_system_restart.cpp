@@ -172,9 +172,8 @@ TEST_CASE("Positions go on in double; states of an earlier firn have them rounde
         return next;
     };
     CHECK(restored([](auto&) {}).points.position == system.points.position);
-    const auto rounded = restored([](auto& s) {
-        std::erase_if(s.tables, [](const StateTable& each) { return each.name == "position"; });
-    });
+    const auto rounded = restored(
+        [](auto& s) { std::erase_if(s.tables, [](const StateTable& each) { return each.name == "position"; }); });
     CHECK(rounded.points.position != system.points.position);
     for (std::size_t i = 0; i < system.points.size(); ++i)
         CHECK(rounded.points.position[i] == cast<double>(cast<float>(system.points.position[i])));

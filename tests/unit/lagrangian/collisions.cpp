@@ -347,7 +347,8 @@ TEST_CASE("collisions: the same bits for any number of threads", "[lagrangian]")
         collisions.friction = 0.4;
         for (int step = 0; step < 3; ++step) {
             collisions.apply(points, threads);
-            for (std::size_t i = 0; i < points.size(); ++i) points.position[i] += cast<double>(points.velocity[i]) * 0.01;
+            for (std::size_t i = 0; i < points.size(); ++i)
+                points.position[i] += cast<double>(points.velocity[i]) * 0.01;
         }
         ends.push_back(points);
     }

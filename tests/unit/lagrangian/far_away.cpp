@@ -29,8 +29,8 @@ double difference(const One& one, const auto& origin, const Other& other, const 
     double largest = 0;
     REQUIRE(one.points.size() == other.points.size());
     for (std::size_t i = 0; i < one.points.size(); ++i)
-        largest = std::max(
-            largest, norm((one.points.position[i] - origin) - (other.points.position[i] - other_origin)));
+        largest =
+            std::max(largest, norm((one.points.position[i] - origin) - (other.points.position[i] - other_origin)));
     return largest;
 }
 
@@ -144,17 +144,18 @@ TEST_CASE("far away: balls meet floors, colliders and each other as near the ori
     const auto room_at = [](const V& x, double apart) {
         Ball hill{.shape = {0.5F}, .friction = 0.2};
         hill.position = x + V{0, 0.1};
-        System system(Boundary(Walls<float, 2>::all({float(x[0] - 4), float(x[1])},
-                                                    {float(x[0] + apart + 4), float(x[1] + 8)},
-                                                    {Contact::separate, 0.3}),
-                               {{hill}}));
+        System system(
+            Boundary(Walls<float, 2>::all({float(x[0] - 4), float(x[1])}, {float(x[0] + apart + 4), float(x[1] + 8)},
+                                          {Contact::separate, 0.3}),
+                     {{hill}}));
         system.restitution = 0.6;
         system.collisions.emplace();
         system.collisions->restitution = 0.6;
         system.collisions->friction = 0.1;
         for (int i = 0; i < 12; ++i)
-            system.points.add(
-                {.position = x + V{0.3 * (i % 4) - 0.43, 1 + 0.35 * (i / 4) + 0.02 * i}, .mass = 1.0 + i, .radius = 0.12});
+            system.points.add({.position = x + V{0.3 * (i % 4) - 0.43, 1 + 0.35 * (i / 4) + 0.02 * i},
+                               .mass = 1.0 + i,
+                               .radius = 0.12});
         if (apart > 0) system.points.add({.position = x + V{apart, 2}, .radius = 0.12});
         for (int i = 0; i < 1500; ++i) system.step(1e-3);
         system.remove_if([](std::size_t i) { return i >= 12; });

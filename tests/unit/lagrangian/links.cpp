@@ -38,8 +38,8 @@ ParticleSystem<2, S> loaded_rope(double weight, double compliance, double angle)
     constexpr std::uint32_t n = 20;
     const double link = 0.05;
     for (std::uint32_t i = 0; i <= n; ++i)
-        system.points.add({.position = {i * link * std::sin(angle), -(i * link * std::cos(angle))},
-                           .mass = i == n ? weight : 0.01});
+        system.points.add(
+            {.position = {i * link * std::sin(angle), -(i * link * std::cos(angle))}, .mass = i == n ? weight : 0.01});
     system.points.pin(0);
     for (std::uint32_t i = 0; i < n; ++i) system.constraints.add({i, i + 1}, link, {.compliance = compliance});
     return system;
@@ -273,10 +273,13 @@ TEST_CASE("links: iterations that do not solve the constraints are said once, an
         return std::tuple{said, stretch - exact, exact};
     };
     const auto as_is = [](auto&) {};
-    for (const auto& [iterations, dt, point, compliance, is_solved] :
-         {std::tuple{8, 1e-2, 1e-3, 1e-4, false}, {8, 1e-3, 1e-3, 1e-4, false}, {1, 1e-2, 1.0, 1e-4, false},
-          {8, 1e-2, 1.0, 1e-4, true}, {100, 1e-2, 1.0, 1e-4, true}, {8, 1e-2, 1e-2, 0.0, false},
-          {100, 1e-2, 1.0, 0.0, true}}) {
+    for (const auto& [iterations, dt, point, compliance, is_solved] : {std::tuple{8, 1e-2, 1e-3, 1e-4, false},
+                                                                       {8, 1e-3, 1e-3, 1e-4, false},
+                                                                       {1, 1e-2, 1.0, 1e-4, false},
+                                                                       {8, 1e-2, 1.0, 1e-4, true},
+                                                                       {100, 1e-2, 1.0, 1e-4, true},
+                                                                       {8, 1e-2, 1e-2, 0.0, false},
+                                                                       {100, 1e-2, 1.0, 0.0, true}}) {
         CAPTURE(iterations, dt, point, compliance);
         const auto [said, error, exact] = said_of(iterations, dt, point, compliance, as_is);
         CHECK(said.size() == (is_solved ? 0 : 1));

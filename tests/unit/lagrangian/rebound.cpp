@@ -36,7 +36,8 @@ double energy(const System& system) {
     double sum = 0;
     for (std::size_t i = 0; i < system.points.size(); ++i) {
         const auto& v = system.points.velocity[i];
-        sum += double(system.points.mass[i]) * (double(dot(v, v)) / 2 - system.gravity[1] * system.points.position[i][1]);
+        sum +=
+            double(system.points.mass[i]) * (double(dot(v, v)) / 2 - system.gravity[1] * system.points.position[i][1]);
     }
     return sum;
 }
@@ -189,7 +190,8 @@ TEST_CASE("rebound: two free balls go on as if they had met between the steps", 
         }
 }
 
-TEST_CASE("rebound: a pair keeps its energy in oblique and skew meetings, with friction it loses some", "[lagrangian]") {
+TEST_CASE("rebound: a pair keeps its energy in oblique and skew meetings, with friction it loses some",
+          "[lagrangian]") {
     for (const double friction : {0.0, 0.4}) {
         double least = 1, most = 0;
         for (int k = 0; k < 40; ++k) {
