@@ -163,7 +163,7 @@ private:
 
     /// Returns whether the velocity w meets the i-th demand that holds a node, or whether there is none.
     FIRN_INLINE mask_t<S> meets(const V& w, const HeldNode<S>& node, int i) const {
-        return !node.has(i) | (node.bound.v[i] - tolerance_ <= dot(w, node.normal[std::size_t(i)]));
+        return (!node.has(i)) | (node.bound.v[i] - tolerance_ <= dot(w, node.normal[std::size_t(i)]));
     }
 
     /// Returns the velocity nearest to v that the demand of `held` and those that hold `node` allow, where the former
