@@ -39,7 +39,7 @@
 #include <tuple>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
@@ -595,6 +595,6 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     activate();
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD
 
 #include <firn/simulation/compiled.hpp>

@@ -16,7 +16,7 @@
 /// it: `#if FIRN_VERSION >= 200`.
 #define FIRN_VERSION (10000 * FIRN_VERSION_MAJOR + 100 * FIRN_VERSION_MINOR + FIRN_VERSION_PATCH)
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Major, minor and patch number of firn's version. As long as the major number is 0, a version with a new minor number
 /// may change firn's interface and the bits of results. A version with a new patch number changes neither.
@@ -31,4 +31,4 @@ inline std::string version() {
     return std::to_string(version_major) + "." + std::to_string(version_minor) + "." + std::to_string(version_patch);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# check_headers.sh INCLUDE: sizes and layers of the headers under INCLUDE/firn; names each mistake.
+# check_headers.sh INCLUDE: sizes, layers and namespaces of the headers under INCLUDE/firn; names each mistake.
 set -euo pipefail
 export LC_ALL=C
 
@@ -99,6 +99,10 @@ while IFS= read -r -d '' file; do
             */* | *.h) mistake "$header:$line: <$target> is not in the table of layers" ;;
         esac
     done < <(grep -nE '^[[:space:]]*#[[:space:]]*include' "$file" || true)
+
+    while IFS=: read -r line _; do
+        mistake "$header:$line: write namespace firn::inline FIRN_BUILD, see firn/core/build.hpp"
+    done < <(grep -nE '^namespace firn[ :]' "$file" | grep -vE 'firn::inline FIRN_BUILD|whatever the build' || true)
 
     # `omp simd` is a promise to the compiler and needs no OpenMP.
     while IFS=: read -r line text; do

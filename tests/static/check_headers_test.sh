@@ -51,6 +51,8 @@ planted 'in angle brackets' core/a.hpp '#include "scalar.hpp"'
 planted 'not in the table' utils/a.hpp ''
 planted 'not in the table' core/a.hpp '#include <firn/utils/a.hpp>'
 planted 'not in the table' core/a.hpp '#include <png.h>'
+planted 'write namespace firn::inline FIRN_BUILD' core/a.hpp 'namespace firn::detail {'
+planted '' core/a.hpp 'namespace firn::inline FIRN_BUILD::detail {' 'namespace firn {  // whatever the build'
 planted 'at most 600' core/a.hpp "$(printf '//%.0s\n' {1..601})"
 
 rm -rf "$folder"

@@ -19,7 +19,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A surface that acts on a node.
 template <scalar S, int D>
@@ -507,4 +507,4 @@ private:
     detail::SurfacesOfNode<S, D> surfaces_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

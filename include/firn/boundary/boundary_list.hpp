@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 struct named_list {
@@ -182,4 +182,4 @@ struct BoundaryList {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

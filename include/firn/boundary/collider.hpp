@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 struct named_collider {
@@ -431,4 +431,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

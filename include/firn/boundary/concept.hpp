@@ -36,7 +36,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether B has a function `velocity(position, velocity)`. The function returns a node's velocity [m/s] after the
 /// boundary has acted.
@@ -310,4 +310,4 @@ concept has_surfaces = requires(const B b, const Vec<S, D> x) { b.surfaces(x, An
 template <class B>
 concept has_mirrors = requires(const B b) { b.mirrors(AnySurface{}); };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

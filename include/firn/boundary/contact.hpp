@@ -5,7 +5,7 @@
 
 #include <concepts>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How matter may move at the surface of a solid, relative to this surface.
 enum class Contact {
@@ -78,4 +78,4 @@ Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Co
     return velocity_after_contact(v + closing, normal, Contact::separate, friction) - closing;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Signed distances at the nodes of a regular grid, and the position of this grid in the shape's coordinates.
 template <class Number, int D>
@@ -223,4 +223,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

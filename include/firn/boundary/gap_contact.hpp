@@ -9,7 +9,7 @@
 #include <concepts>
 #include <string>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 struct named_gap_contact {
@@ -284,4 +284,4 @@ Vec<double, D> velocity_by_gap(const B& boundary, const Vec<double, D>& x, const
     return after;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A boundary that does not have measured_from(), for positions that are measured from a corner: it gets the positions
 /// that it knows.
@@ -79,4 +79,4 @@ constexpr bool sees_metres() {
     return sees;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/walls.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A box without an end along some axes.
 template <int D>
@@ -92,4 +92,4 @@ FIRN_INLINE void solids_around(const B& boundary, const Vec<S, D>& x, const S& h
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

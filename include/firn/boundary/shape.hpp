@@ -33,7 +33,7 @@
 #include <firn/core/dual.hpp>
 #include <firn/core/parameters.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The scalar type and the dimension of a shape that declares them as `scalar_type` and `dimension`.
 template <class Shape>
@@ -118,4 +118,4 @@ FIRN_INLINE Vec<S, D> normal_of(const Shape& shape, const Vec<S, D>& x) {
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

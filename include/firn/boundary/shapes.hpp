@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -280,4 +280,4 @@ struct Complement {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

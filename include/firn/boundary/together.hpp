@@ -11,7 +11,7 @@
 #include <string>
 #include <tuple>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -212,4 +212,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

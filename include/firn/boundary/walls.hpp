@@ -9,7 +9,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The wall on one face of a box.
 struct Wall {
@@ -213,4 +213,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

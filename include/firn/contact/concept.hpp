@@ -22,7 +22,7 @@
 
 #include <concepts>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How the normal between two groups at a node is found. The gap is measured along the normal, from the positions of
 /// the particles, in either case.
@@ -85,4 +85,4 @@ double reach_of(const Law& law) {
         return 0;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How the matter of two contact groups may move at their common surface.
 struct PairContact {
@@ -122,4 +122,4 @@ private:
 
 static_assert(contact_law<CoulombContact>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/contact/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The default: all matter shares one field of velocities. Bodies that touch stick together, a cell before their
 /// surfaces meet; they part again about a cell apart. \see CoulombContact
@@ -14,4 +14,4 @@ struct OneField {
 
 static_assert(contact_law<OneField>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

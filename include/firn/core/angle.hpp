@@ -7,7 +7,7 @@
 #include <numbers>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A plane angle. Make it with degrees() or radians(): a number alone does not compile, since it has no unit.
 class Angle {
@@ -57,4 +57,4 @@ constexpr Angle radians(double number) { return Angle::of(number); }
 /// Returns the angle of `number` degrees.
 constexpr Angle degrees(double number) { return Angle::of(number * std::numbers::pi / 180); }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The layout of the bits of an IEEE 754 float or double.
 template <std::floating_point T>
@@ -85,4 +85,4 @@ FIRN_INLINE constexpr bool same_bits(T a, T b) {
     return std::bit_cast<integer>(a) == std::bit_cast<integer>(b);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

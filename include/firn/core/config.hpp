@@ -30,7 +30,7 @@
 #define FIRN_NEVER_INLINE __attribute__((noipa))
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Size of a SIMD register of the processor for which firn is compiled [bytes].
 inline constexpr std::size_t register_bytes =
@@ -57,4 +57,4 @@ FIRN_INLINE constexpr void unroll(F&& f) {
         FIRN_LAMBDA { (f(std::integral_constant<int, I>{}), ...); }(std::make_integer_sequence<int, N>{});
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

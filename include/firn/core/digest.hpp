@@ -14,7 +14,7 @@
 #include <ranges>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Computes a digest of numbers, which are added one after the other. It depends on every bit of the numbers, on their
 /// order and on how many there are, and is the same on all machines. Different data have the same digest with a
@@ -70,4 +70,4 @@ private:
     std::uint64_t value_ = 0x243f6a8885a308d3u;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

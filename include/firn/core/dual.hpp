@@ -4,7 +4,7 @@
 
 #include <firn/core/scalar.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A number and its derivative with respect to one variable.
 /// \tparam T  type of the value and of the derivative: float, double, pack, …
@@ -84,4 +84,4 @@ struct scalar_traits<dual<T>> {
     static constexpr bool has_friends = true;              ///< makes `firn::has_friends<S>` true for dual numbers
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

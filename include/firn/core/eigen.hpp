@@ -25,7 +25,7 @@
 #include <ranges>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -256,7 +256,7 @@ struct no_checked_inverse {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD
 
 namespace Eigen {
 

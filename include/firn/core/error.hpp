@@ -61,7 +61,7 @@ struct usage_error : error {
 
 }  // namespace firn
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -166,4 +166,4 @@ template <class... Parts>
     return detail::joined({detail::Part(detail::part_of(parts))...});
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <limits>
 #include <span>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An exact sum of doubles, which is rounded once, when it is read. It has the same bits for any order of the numbers,
 /// and for any way to cut them into parts that are summed on their own.
@@ -207,4 +207,4 @@ inline std::span<std::int64_t> digits_of(std::span<ExactSum> sums) {
     return {reinterpret_cast<std::int64_t*>(sums.data()), sums.size() * ExactSum::size};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

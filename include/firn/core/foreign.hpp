@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 template <class S, int D>
 struct Vec;
@@ -130,4 +130,4 @@ FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -280,4 +280,4 @@ private:
     std::size_t at_ = 0;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

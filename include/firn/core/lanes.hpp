@@ -6,7 +6,7 @@
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns the number that the scalar `a` holds in the given lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual
 /// number this is the value, not the derivative.
@@ -52,4 +52,4 @@ FIRN_INLINE S from_lanes(const F& f) {
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -13,7 +13,7 @@
 #include <unistd.h>
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -175,4 +175,4 @@ inline void run_call(const CallHolder& call) {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns P::name, or "unnamed" if P has no member `name`.
 template <class P>
@@ -36,4 +36,4 @@ struct joined_names {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

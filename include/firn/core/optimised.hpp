@@ -17,7 +17,7 @@
 #include <cstdio>
 #endif
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Warns on stderr, once, that the program was compiled without optimisation.
 /// \tparam tells  FIRN_TELLS_UNOPTIMISED of the calling file; if false, the function does nothing. `tells` is a
@@ -37,4 +37,4 @@ void tell_unoptimised() {
 #endif
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -16,7 +16,7 @@
 #include <sched.h>
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A pool of threads. The threads sleep while no loop of firn runs, and end when the pool is destroyed.
 ///
@@ -137,4 +137,4 @@ private:
     Pool* const pool_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 /// Whether any bit of the vector is set. The function combines the two halves of the vector, then the halves of the
@@ -198,4 +198,4 @@ FIRN_INLINE T reduce_max(pack<T, N> a) {
     return r;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -23,7 +23,7 @@
 #include <cstddef>
 #include <span>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns how many workers (threads) a loop gets at most if the calling thread starts the loop and asks for
 /// `requested` workers. If OpenMP's threads are used, the result is at most OMP_THREAD_LIMIT. Where a loop would run on
@@ -158,4 +158,4 @@ void fill_chunks(Numbers& numbers, const T& value, int threads) {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

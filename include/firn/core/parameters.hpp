@@ -24,7 +24,7 @@
 #include <string>
 #include <tuple>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// One parameter of a policy.
 /// \tparam Owner  the policy
@@ -145,4 +145,4 @@ FIRN_INLINE auto lift(const P& policy) {
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

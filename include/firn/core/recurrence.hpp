@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// A schedule of events. Event k = 0, 1, … happens at the time start + k / rate, unless this time is after `end`.
 struct Recurrence {
@@ -71,4 +71,4 @@ struct Recurrence {
     }
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

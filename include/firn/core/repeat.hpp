@@ -4,7 +4,7 @@
 
 #include <firn/core/scalar.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Computes state = f(state) N times and returns the last state. On a CPU the loop is unrolled, so that the state stays
 /// in registers.
@@ -36,4 +36,4 @@ FIRN_INLINE constexpr State repeat_while(State state, F&& f) {
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

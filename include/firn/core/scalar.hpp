@@ -23,7 +23,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns if_true if the mask is on (true), else if_false.
 template <std::floating_point S>
@@ -160,4 +160,4 @@ FIRN_INLINE constexpr S max(const S& a, const S& b) {
     return select(a < b, b, a);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -10,7 +10,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 #ifdef __wasm_atomics__
 
@@ -37,4 +37,4 @@ inline void wake_one(std::atomic<std::uint32_t>& number) { number.notify_one(); 
 
 #endif
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

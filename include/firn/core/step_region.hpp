@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Decides whether the next steps run with helpers (other threads), from the computing times of the previous steps.
 class StepHelpers {
@@ -82,4 +82,4 @@ void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const B
     helpers.took(seconds_now() - begin, inside, taken);
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How far a run has come: its time and its number of steps.
 struct Moment {
@@ -72,4 +72,4 @@ private:
     detail::StepHelpers helpers_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

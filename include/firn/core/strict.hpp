@@ -7,7 +7,7 @@
 #include <firn/core/bits.hpp>
 #include <firn/core/scalar.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A float or double with only those operations that every scalar has.
 template <std::floating_point T>
@@ -84,4 +84,4 @@ struct scalar_traits<strict<T>> {
     static constexpr bool has_friends = true;  ///< makes `firn::has_friends<S>` true for strict scalars
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -28,7 +28,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// A loop of one or more phases, which run one after another.
 struct PhasedLoop {
@@ -301,4 +301,4 @@ private:
     std::vector<Seat> seats_;
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

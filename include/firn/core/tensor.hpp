@@ -9,7 +9,7 @@
 
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A vector of D components.
 /// \tparam S  the scalar: float, double, pack, dual, …
@@ -321,4 +321,4 @@ FIRN_INLINE constexpr Mat<T, D> cast(const Mat<S, D>& a) {
 }
 /// @}
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

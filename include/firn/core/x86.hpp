@@ -7,7 +7,7 @@
 
 #include <firn/core/config.hpp>
 
-namespace firn::detail::x86 {
+namespace firn::inline FIRN_BUILD::detail::x86 {
 // The function names are declared for every processor, so that callers can test whether a call compiles.
 template <class>
 void sign_bits();
@@ -17,7 +17,7 @@ template <class>
 void floor();
 template <class>
 void nearest();
-}  // namespace firn::detail::x86
+}  // namespace firn::inline FIRN_BUILD::detail::x86
 
 #ifdef __SSE2__
 
@@ -53,7 +53,7 @@ void nearest();
 
 // For AVX-512 the intrinsics with a mask are used, since g++ 12 warns of an uninitialised value in the intrinsics
 // without a mask.
-namespace firn::detail::x86 {
+namespace firn::inline FIRN_BUILD::detail::x86 {
 
 using float4 [[gnu::vector_size(16)]] = float;
 using double2 [[gnu::vector_size(16)]] = double;
@@ -160,7 +160,7 @@ FIRN_INLINE float16 with_loaded(float16 a, unsigned lanes, const float* from) {
 }
 #endif
 
-}  // namespace firn::detail::x86
+}  // namespace firn::inline FIRN_BUILD::detail::x86
 
 #undef FIRN_X86
 #undef FIRN_HAS_BUILTINS

@@ -19,7 +19,7 @@
 #include <sys/mman.h>
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An allocator of aligned memory for standard containers. New numbers stay uninitialised; std::allocator would set
 /// them to zero.
@@ -122,4 +122,4 @@ void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers
     numbers.swap(larger);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

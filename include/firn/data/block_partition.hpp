@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Number of cells (and of nodes) of a block along one axis.
 inline constexpr int block_size = 4;
@@ -271,4 +271,4 @@ FIRN_INLINE S base_node(const S& x) {
     return base_node(x, S(Kernel::base_shift));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

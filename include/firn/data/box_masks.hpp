@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Sets of nodes of a block that are boxes, as masks: bit i of a mask stands for node i of the block.
 template <int D>
@@ -33,4 +33,4 @@ private:
     }();
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 /// Returns how far a point lies outside of the domain, if the digits of its coordinates in a message would not show it:
@@ -106,4 +106,4 @@ void check_masses(std::size_t count, const Mass& mass) {
                                       first, ". Give each a mass, or take it out."));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

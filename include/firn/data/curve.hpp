@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns the coordinates of the cube (cube_blocks blocks along each axis) to which a block belongs.
 template <int D>
@@ -63,4 +63,4 @@ bool before_on_curve(const BlockCoordinate<D>& one, const BlockCoordinate<D>& ot
     return cube != other_cube ? cube < other_cube : block_key<D>(one) < block_key<D>(other);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

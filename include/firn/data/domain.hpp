@@ -11,7 +11,7 @@
 #include <limits>
 #include <string>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 // The default of Domain::upper. It is a constant, because g++ 12 stops with an internal error at Simulation({{0, 0},
@@ -133,4 +133,4 @@ void require_digits(const Domain<D>& domain, const char* what) {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

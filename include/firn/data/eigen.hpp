@@ -15,7 +15,7 @@
 
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns f(slot) for all particles, in the order of slots. If f returns a Vec or a Mat: a matrix with one column per
 /// particle (a Mat is stored column after column). If f returns a number: a vector with one row per particle. All
@@ -116,4 +116,4 @@ auto as_span(E&& columns) {
     return span;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Number of particles in a pack. A pack stores each component of a field as an array of this length.
 inline constexpr int pack_size = 16;
@@ -168,4 +168,4 @@ struct StridedSpan {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

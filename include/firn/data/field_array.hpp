@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The values of one field, one value per particle. The particle store owns the memory of the values, and only the
 /// store can change how many there are.
@@ -51,4 +51,4 @@ private:
     std::size_t size_ = 0;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

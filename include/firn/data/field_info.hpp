@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Number of stored components of a symmetric D × D matrix: the upper triangle, row by row (in 3D xx, xy, xz, yy, yz,
 /// zz).
@@ -128,4 +128,4 @@ constexpr std::array<double, 9> everywhere(double number) {
     return all;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

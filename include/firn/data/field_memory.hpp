@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The order in which particles are stored in memory.
 enum class SlotOrder : std::uint8_t {
@@ -219,4 +219,4 @@ private:
     aligned_vector<std::byte> memory_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

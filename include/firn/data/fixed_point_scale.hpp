@@ -3,7 +3,7 @@
 
 #include <firn/core/build.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The scale of fixed-point sums of momentum and mass: how many quanta make one unit. A quantum is the smallest step of
 /// a fixed-point number. Both members are powers of two, so that scaling is exact.
@@ -15,4 +15,4 @@ struct FixedPointScale {
     bool operator==(const FixedPointScale&) const = default;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Gives out ids in the order 0, 1, 2, …
 class Ids {
@@ -32,4 +32,4 @@ private:
     std::uint32_t next_ = 0;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -20,7 +20,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Tests whether points lie inside a closed mesh, that is, whether their winding number is ≥ 1. So if a mesh intersects
 /// itself, or consists of several closed surfaces, its inside is the union of the parts. A surface that faces inwards
@@ -198,4 +198,4 @@ private:
     std::vector<std::uint32_t> binned_;   // indices into triangles_, bin after bin
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -18,7 +18,7 @@
 #include <unistd.h>
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -80,4 +80,4 @@ inline void require_memory(double bytes, const std::string& what, const char* ad
                                 detail::bytes_text(most), " here. ", advice));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

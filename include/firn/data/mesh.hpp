@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A mesh of triangles, which share vertices. The three vertices of a triangle are listed counter-clockwise, seen from
 /// outside.
@@ -230,4 +230,4 @@ inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centr
     return detail::moved(mesh, [&](const auto& x) { return centre + (x - middle) * factor; });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

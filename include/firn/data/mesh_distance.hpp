@@ -9,7 +9,7 @@
 #include <firn/data/memory.hpp>
 #include <firn/data/nearest_triangle.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Options of mesh_distance(), which determine the grid of distances.
 struct MeshDistanceOptions {
@@ -83,4 +83,4 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
     return std::make_shared<const DistanceNumbers<Number, 3>>(std::move(grid));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -137,4 +137,4 @@ private:
     std::vector<Box> boxes_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

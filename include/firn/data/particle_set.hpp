@@ -4,7 +4,7 @@
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_view.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A set of particles that are sorted into blocks.
 template <class View>
@@ -16,4 +16,4 @@ struct ParticleSet {
 template <class View>
 ParticleSet(const View&, const BlockPartition<View::dimension>&) -> ParticleSet<View>;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

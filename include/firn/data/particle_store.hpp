@@ -15,7 +15,7 @@
 #include <cstring>
 #include <span>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The positions and ids of all particles: the data that sorting reads.
 template <std::floating_point S>
@@ -463,4 +463,4 @@ std::vector<std::uint32_t> slots_by_id(const ParticleStore<S, D>& particles, int
     return slot_of;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

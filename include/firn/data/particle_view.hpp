@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// \name Number of components of a type
 /// @{
@@ -299,4 +299,4 @@ FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& sl
                        FIRN_LAMBDA { detail::store_value(fields[f], slots, state.*(std::get<f>(members).member)); });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

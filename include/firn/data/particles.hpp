@@ -3,7 +3,7 @@
 
 #include <firn/data/particle_store.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Particles of one material, with all data that the material, the transfers and the grid need of each particle.
 ///
@@ -82,4 +82,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

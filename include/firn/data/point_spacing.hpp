@@ -14,7 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -126,4 +126,4 @@ double point_spacing(const std::vector<Vec<double, D>>& points) {
     return nearest;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -16,7 +16,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -165,4 +165,4 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
     return positions;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns x with its bits mixed: a bijection of 64-bit integers in which a change of one input bit changes about half
 /// of the output bits. It is the finaliser of splitmix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom
@@ -46,4 +46,4 @@ private:
     std::uint64_t counter_ = 0;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

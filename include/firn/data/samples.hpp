@@ -13,7 +13,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How particles are arranged in a shape.
 enum class Pattern {
@@ -164,4 +164,4 @@ std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const st
     return points;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

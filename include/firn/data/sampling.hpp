@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -196,4 +196,4 @@ inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& o
                            options);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How many numbers each node has. The first D of them are the components of the node's momentum (after the grid
 /// update: of its velocity); the last is the node's mass.
@@ -300,4 +300,4 @@ Vec<double, D> node_position(const SparseGrid<S, D>& grid, std::size_t b, int no
     return x;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

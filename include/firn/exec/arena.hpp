@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A box of nodes in an arena: the smallest one that contains every node to which a particle of the group contributes.
 template <int D>
@@ -245,4 +245,4 @@ FIRN_INLINE void prefetch_next_spray(const S* nodes, const Grid& grid, const Blo
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

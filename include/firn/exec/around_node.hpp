@@ -14,7 +14,7 @@
 #include <cstring>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Eight numbers that are processed together; where registers are shorter, in several of them.
 using Eight = pack<float, 8>;
@@ -193,4 +193,4 @@ private:
     Run runs_[D == 2 ? Kernel::support : Kernel::support * Kernel::support];
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Some of the phases of a partition: those with the indices first ≤ i < last. By default all.
 struct PhaseRange {
@@ -101,4 +101,4 @@ void scatter_by_bands(const SparseGrid<S, D>& grid, const Clear& clear, const Sc
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

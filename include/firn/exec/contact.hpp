@@ -29,7 +29,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The impulses between contact groups in one step, summed over all nodes.
 template <int D>
@@ -365,4 +365,4 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
     detail::sum_impulses(ranks, memory.of_places, *impulses);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

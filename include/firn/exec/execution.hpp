@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Execution of P2G by one thread, which adds the contributions of one particle after the other to the grid.
 struct Serial {
@@ -160,4 +160,4 @@ int requested_threads(const Execution& execution) {
     return execution.threads;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

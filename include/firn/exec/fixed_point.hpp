@@ -10,7 +10,7 @@
 #include <limits>
 #include <optional>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 template <class S>
@@ -77,4 +77,4 @@ FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optiona
             detail::chosen_scale(mass, largest.mass, "mass", "kg")};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

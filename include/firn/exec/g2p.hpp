@@ -16,7 +16,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The report of G2P about all particles.
 struct G2PReport {
@@ -361,4 +361,4 @@ G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Fie
     return pass.report;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

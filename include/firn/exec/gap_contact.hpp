@@ -29,7 +29,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Memory for mirrors_by_gap() and act_by_gap(). Pass the same object in every step, so that memory is not allocated
 /// again.
@@ -263,4 +263,4 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
     if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

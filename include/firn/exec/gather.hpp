@@ -4,7 +4,7 @@
 #include <firn/exec/places.hpp>
 #include <firn/stage/g2p.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// For each particle of a pack: the weights of the nodes around the particle, and the particle's position relative to
 /// its centre node. All sums over nodes use these values.
@@ -267,4 +267,4 @@ private:
     Arena<Kernel, S, D> arena_[Layers];
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

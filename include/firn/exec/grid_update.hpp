@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -237,4 +237,4 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
     return largest;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -204,4 +204,4 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
 }
 
 }  // namespace detail
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -515,4 +515,4 @@ private:
     std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges_;  // (set, range)
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

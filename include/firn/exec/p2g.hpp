@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
 /// share no node, so that several threads can work on these groups at the same time.
@@ -256,4 +256,4 @@ void p2g(const Execution& execution, const View& view, const BlockPartition<N>& 
         p2g<Kernel, Transfer, Force>(execution, grid, dt, ParticleSet<View>{view, partition});
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstring>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -242,4 +242,4 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

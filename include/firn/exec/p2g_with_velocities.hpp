@@ -3,7 +3,7 @@
 
 #include <firn/exec/transfer_passes.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -114,4 +114,4 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// For each slot of a group: the block to which the slot's particle belongs.
 template <std::floating_point S, int D>
@@ -382,4 +382,4 @@ FIRN_INLINE constexpr int quad_offset(int l) {
     return int(unsigned(l) / lanes * lanes + unsigned(quad_of_lane<P>(int(unsigned(l) % lanes)))) * 4;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

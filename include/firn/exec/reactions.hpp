@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
 /// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is this part's share of the change of the
@@ -122,4 +122,4 @@ void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_b
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

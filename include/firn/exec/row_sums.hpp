@@ -9,7 +9,7 @@
 
 #include <atomic>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The base class of sums that do not measure the particles whose contributions they add. \see detail::MeasuredSums
 struct Unmeasured {
@@ -194,4 +194,4 @@ private:
     typename Sums::number* node_[lines * K];
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

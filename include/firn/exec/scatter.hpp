@@ -4,7 +4,7 @@
 
 #include <firn/exec/row_sums.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Reads particles, and computes their P2G records: the values from which contributions to nodes are computed.
 template <class View>
@@ -250,4 +250,4 @@ struct PackRecords {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

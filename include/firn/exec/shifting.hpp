@@ -13,7 +13,7 @@
 #include <limits>
 #include <tuple>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -321,4 +321,4 @@ std::array<bool, sizeof...(Views)> act_on_volumes(const Execution& execution, Sp
     return {};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 
 #include <bit>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The arena of a spray group (few particles in sparse blocks): memory for the nodes in and around a cube of blocks,
 /// line after line. A line is a row of nodes along the last axis, through all blocks that the arena meets. The
@@ -82,4 +82,4 @@ private:
     std::uint64_t used_[planes] = {};  // for each plane, a bit for each run of its lines
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -18,7 +18,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Sums over the particles of a set. The contribution of each particle is computed in double. The sums are exact and
 /// are rounded once, so they have the same bits for any number of threads and ranks, and for any order of the particles
@@ -225,4 +225,4 @@ Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domai
     return detail::sum_totals<Kernel>(particles, domain, material, threads).totals();
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

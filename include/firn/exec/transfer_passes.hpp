@@ -18,7 +18,7 @@
 #include <algorithm>
 #include <concepts>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Memory for after_p2g(). Pass the same object in every step, so that memory is not allocated again.
 template <std::floating_point S>
@@ -292,4 +292,4 @@ void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfe
     after_p2g<Kernel>(execution, grid, transfer, memory, Mirrors{}, sets...);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

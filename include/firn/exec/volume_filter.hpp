@@ -5,7 +5,7 @@
 #include <firn/exec/volume_passes.hpp>
 #include <firn/stage/volume_filter.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Memory for filter_volumes(). Pass the same object in every step, so that memory is not allocated again.
 template <std::floating_point S>
@@ -137,4 +137,4 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

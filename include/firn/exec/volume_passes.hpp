@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Memory for average_volume(). Pass the same object in every step, so that memory is not allocated again.
 template <std::floating_point S>
@@ -199,4 +199,4 @@ void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

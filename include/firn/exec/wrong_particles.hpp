@@ -15,7 +15,7 @@
 #include <string>
 #include <utility>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Facts about one particle, for use in messages.
 struct ParticleFacts {
@@ -201,4 +201,4 @@ template <int D, class View, class Material>
     return wrong;
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

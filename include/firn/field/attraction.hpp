@@ -8,7 +8,7 @@
 #include <concepts>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An acceleration field: gravity, plus a pull towards (or a push away from) a point or a line.
 ///
@@ -80,4 +80,4 @@ struct Attraction {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

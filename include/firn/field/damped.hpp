@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 struct named_damped {
@@ -73,4 +73,4 @@ struct Damped {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/core/parameters.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An acceleration field with the same acceleration everywhere: gravity.
 ///
@@ -22,4 +22,4 @@ struct Gravity {
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>&) const { return gravity; }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 
 #include <firn/core/tensor.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether F has a constant `weight_gradients`. This constant is true if the force form F needs the gradients ∇N_i of
 /// the weights: for the forces, and for the velocity gradient Σ v_i ⊗ ∇N_i.
@@ -45,4 +45,4 @@ template <class F>
 concept force =
     has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/force/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Forces by moving least squares, the default: the gradient ∇N_i of a weight is replaced by N_i D⁻¹ (x_i − x_p).
 ///
@@ -47,4 +47,4 @@ struct MlsForce {
 
 static_assert(force<MlsForce>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/force/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A force form (a policy for the forces of stress) without forces: stress is ignored. NoForce is for passes that
 /// transfer only momentum and mass, such as the passes of Fmpm.
@@ -36,4 +36,4 @@ struct NoForceNoField : NoForce {
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

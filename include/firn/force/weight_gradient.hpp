@@ -3,7 +3,7 @@
 
 #include <firn/force/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Forces from the gradients of the weights, the classical form of MPM.
 ///
@@ -38,4 +38,4 @@ struct WeightGradientForce {
 
 static_assert(force<WeightGradientForce>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

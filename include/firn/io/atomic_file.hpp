@@ -18,7 +18,7 @@
 #include <system_error>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -186,4 +186,4 @@ private:
     bool pending_ = false;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A StateSeries whose states are written on a second thread, while the simulation computes the next steps:
 ///
@@ -138,4 +138,4 @@ private:
     std::thread worker_;  // must be the last member, because the thread uses the members above
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #else
 #define FIRN_ELSEWHERE extern
 #endif
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 FIRN_ELSEWHERE template void write_state(const std::filesystem::path&, const State<float>&, const StateOptions&);
 FIRN_ELSEWHERE template std::filesystem::path StateSeries::write(const State<float>&);
 FIRN_ELSEWHERE template State<float> read_state(const std::filesystem::path&, const StateReading&);
@@ -24,6 +24,6 @@ FIRN_ELSEWHERE template void state_of(SetHandle<Simulation<2>, 0>, State<float>&
 FIRN_ELSEWHERE template void state_of(SetHandle<Simulation<3>, 0>, State<float>&);
 FIRN_ELSEWHERE template void restore(SetHandle<Simulation<2>, 0>, const State<float>&, Restart);
 FIRN_ELSEWHERE template void restore(SetHandle<Simulation<3>, 0>, const State<float>&, Restart);
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD
 #undef FIRN_ELSEWHERE
 #endif

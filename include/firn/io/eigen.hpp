@@ -4,7 +4,7 @@
 #include <firn/core/eigen.hpp>
 #include <firn/io/state.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 /// Returns the number of particles in a field; 0 if the field has no components.
@@ -50,4 +50,4 @@ Eigen::Matrix<S, D, D> matrix_of(const StateField<S>& field, std::size_t i) {
     return Eigen::Map<const Eigen::Matrix<S, D, D, Eigen::RowMajor>>(field.values.data() + i * D * D);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

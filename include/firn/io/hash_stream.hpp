@@ -10,7 +10,7 @@
 #include <cstring>
 #include <span>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// The hash of an array whose pieces are added one after the other. It equals hash_numbers() of the whole array.
 class HashStream {
@@ -47,4 +47,4 @@ private:
     firn_xxhash::state state_{};
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

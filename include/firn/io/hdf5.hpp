@@ -27,7 +27,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::hdf5 {
+namespace firn::inline FIRN_BUILD::hdf5 {
 
 /// A guard: while an object of this class exists, HDF5 prints no error messages, because firn throws the errors as
 /// exceptions. The destructor restores HDF5's former setting.
@@ -204,4 +204,4 @@ auto naming_file(const std::filesystem::path& path, F&& f) {
     }
 }
 
-}  // namespace firn::hdf5
+}  // namespace firn::inline FIRN_BUILD::hdf5

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::hdf5 {
+namespace firn::inline FIRN_BUILD::hdf5 {
 
 /// An HDF5 file in memory (HDF5's core driver). The buffer with the file's bytes exists as long as this object, even
 /// after close() was called.
@@ -218,4 +218,4 @@ private:
     std::vector<std::shared_ptr<const void>> kept_;
 };
 
-}  // namespace firn::hdf5
+}  // namespace firn::inline FIRN_BUILD::hdf5

@@ -5,7 +5,7 @@
 
 #include <csignal>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A guard: while an object of this class exists, the signals SIGINT (Ctrl-C) and SIGTERM do not end the program. They
 /// only set a flag, and requested() returns whether the flag is set:
@@ -55,4 +55,4 @@ private:
     Handler interrupt_, terminate_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -29,7 +29,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -331,4 +331,4 @@ void write_obj(const std::filesystem::path& path, const State<S>& state) {
         write(std::integral_constant<int, 3>{});
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns a state of point masses, for output, with the points in the order of their ids. The state has the positions
 /// [m], rounded to S, all fields of the points whose values have type S (velocities [m/s], masses [kg], …), and a field
@@ -427,4 +427,4 @@ void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <string>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -98,4 +98,4 @@ void write_ply(const std::filesystem::path& path, const State<S>& state, const s
     file.commit();
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

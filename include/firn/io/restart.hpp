@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -456,4 +456,4 @@ void restore(Simulation<D, Material, Policies...>& simulation, const State<T>& s
     restore(simulation.set(), state, how);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

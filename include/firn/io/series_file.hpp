@@ -16,7 +16,7 @@
 #include <system_error>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// One entry in a list of states.
 struct SeriesEntry {
@@ -138,4 +138,4 @@ inline std::vector<std::string> series_members_on_disk(const std::filesystem::pa
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -134,4 +134,4 @@ inline void warn_of_unseen(const Settings& settings, const std::function<void(co
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <bit>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -277,4 +277,4 @@ State<detail::precision_of_t<Material>> state_of(Simulation<D, Material, Policie
     return state_of(simulation.set());
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

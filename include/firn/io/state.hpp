@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The type of the values in a state's fields: float or double.
 template <class S>
@@ -228,4 +228,4 @@ void check_state(const State<S>& state) {
     detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

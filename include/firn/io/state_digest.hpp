@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -116,4 +116,4 @@ std::uint64_t digest(const State<S>& state) {
     return digest(state, [](std::string_view) { return true; });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// The kinds of numbers in a state's arrays: float, double, std::uint8_t, std::int32_t, std::int64_t, std::uint64_t.
 enum class NumberKind : std::uint8_t { f32, f64, u8, i32, i64, u64 };
@@ -118,4 +118,4 @@ struct StateOutline {
     std::size_t points() const { return id.count; }
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

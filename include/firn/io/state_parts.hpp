@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Which states restore() accepts.
 enum class Restart {
@@ -185,4 +185,4 @@ void restore_parameters(Policy& policy, const State<S>& state, const char* group
     policy = restored;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

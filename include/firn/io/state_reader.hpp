@@ -27,7 +27,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Options of read_state().
 struct StateReading {
@@ -569,4 +569,4 @@ State<S> read_state(const std::filesystem::path& path, const StateReading& readi
     return std::move(found.state);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

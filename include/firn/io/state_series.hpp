@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A series of states on disk, and a list of these states. The list is updated after each state is written. Even if the
 /// program is killed, every state in the list is complete on disk.
@@ -133,4 +133,4 @@ private:
     bool has_written_ = false;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -50,7 +50,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Options of write_state() and StateSeries.
 struct StateOptions {
@@ -418,4 +418,4 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
     file.commit();
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

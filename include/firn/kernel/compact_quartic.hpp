@@ -3,7 +3,7 @@
 
 #include <firn/kernel/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The compact quartic spline, which is as smooth as the cubic B-spline but no wider than the quadratic one. A particle
 /// touches 3^D nodes.
@@ -74,4 +74,4 @@ struct CompactQuartic {
 
 static_assert(kernel<CompactQuartic> && has_local_inertia<CompactQuartic>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

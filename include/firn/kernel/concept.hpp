@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether K has the members `support` and `base_shift`. `support` is the number of nodes that a particle touches along
 /// an axis (2 to 4). `base_shift` gives the first of these nodes: base = floor(x − base_shift), where x is the
@@ -128,4 +128,4 @@ consteval bool require_kernel() {
 template <class K>
 inline constexpr int centre_node = (K::support - 1) / 2;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

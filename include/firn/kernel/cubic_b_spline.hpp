@@ -3,7 +3,7 @@
 
 #include <firn/kernel/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The cubic B-spline, the widest and smoothest kernel. A particle touches 4^D nodes.
 ///
@@ -54,4 +54,4 @@ struct CubicBSpline {
 
 static_assert(kernel<CubicBSpline>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

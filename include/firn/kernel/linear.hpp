@@ -3,7 +3,7 @@
 
 #include <firn/kernel/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The linear ("hat") kernel, the narrowest one. A particle touches 2^D nodes.
 ///
@@ -57,4 +57,4 @@ struct Linear {
 
 static_assert(kernel<Linear> && !has_inertia<Linear>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/kernel/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The quadratic B-spline, the default kernel. A particle touches 3^D nodes.
 ///
@@ -47,4 +47,4 @@ struct QuadraticBSpline {
 
 static_assert(kernel<QuadraticBSpline>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A type of forces on the points of a system. The member function add_forces(points, force, threads) adds the force
 /// [N] on each point to the array `force`, which has one entry per point.
@@ -151,4 +151,4 @@ double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& poi
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <tuple>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// How each cell of a rectangular cloth is cut into two triangles.
 enum class Diagonals {
@@ -151,4 +151,4 @@ inline Net<3> cloth(const TriangleMesh& mesh) {
     return net;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

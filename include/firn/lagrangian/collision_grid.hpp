@@ -22,7 +22,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A range of consecutive points in the sorted order of a CollisionGrid.
 struct SortedRange {
@@ -337,4 +337,4 @@ private:
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

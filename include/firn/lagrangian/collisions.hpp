@@ -29,7 +29,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -587,4 +587,4 @@ private:
         felt_;  ///< for each thread: the result of act() for each contact of one chunk, as quads
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

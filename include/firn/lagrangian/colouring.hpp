@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Gives each link a colour, so that links of one colour have no point in common. Links are coloured in the order
 /// given. Each link gets the lowest colour that no earlier link at either of its two end points has. Colours are
@@ -62,4 +62,4 @@ inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const st
     return true;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// What the iterations of a step have left of the errors of distance constraints. Constraints between two pinned points
 /// do not count.
@@ -49,4 +49,4 @@ struct ConstraintErrors {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <optional>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The order in which constraints correct positions in one iteration.
 ///
@@ -461,4 +461,4 @@ private:
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 inline void check_air(double density, double coefficient) {
@@ -99,4 +99,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

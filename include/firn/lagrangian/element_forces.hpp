@@ -14,7 +14,7 @@
 #include <atomic>
 #include <optional>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The forces of many elements that follow the same law, such as springs or triangles.
 ///
@@ -296,4 +296,4 @@ private:
     aligned_vector<Vec<S, D>> parts_;               // K per element: the forces on its corners [N]
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

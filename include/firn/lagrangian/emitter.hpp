@@ -12,7 +12,7 @@
 #include <numbers>
 #include <queue>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The id and end of life of a particle that an emitter has added.
 struct EmittedChild {
@@ -203,4 +203,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A set of pairs of points that do not collide.
 class ExcludedPairs {
@@ -72,4 +72,4 @@ private:
     bool partners_are_known_ = true;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

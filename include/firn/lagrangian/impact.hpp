@@ -7,7 +7,7 @@
 
 #include <cstddef>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Checks a coefficient of restitution.
 /// \throws parameter_error  unless `restitution` is from 0 (no rebound) to 1 (no loss of energy)
@@ -93,4 +93,4 @@ FIRN_INLINE Vec<S, D> velocity_after_impact(const Vec<S, D>& v, const Vec<S, D>&
     return velocity_after_contact(v - target, normal, contact, friction) + target;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

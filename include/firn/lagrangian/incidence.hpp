@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Lists for each point the corners of elements that lie on this point, in the order of the elements. See of() for how
 /// a corner is listed.
@@ -47,4 +47,4 @@ private:
     std::vector<std::uint32_t> first_, corners_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -9,7 +9,7 @@
 
 #include <concepts>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The symplectic Euler method: v ← v + a dt, then x ← x + v dt. It is of first order.
 struct SymplecticEuler {
@@ -65,4 +65,4 @@ concept integrator = requires(const float dt) {
     { I::since(dt) } -> std::same_as<float>;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

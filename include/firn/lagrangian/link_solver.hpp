@@ -33,7 +33,7 @@
 #include <span>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A constraint on the distance of two points.
 template <std::floating_point S>
@@ -344,4 +344,4 @@ private:
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The law of a membrane made of linear triangles in space. A membrane does not resist bending.
 ///
@@ -91,4 +91,4 @@ struct Membrane {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

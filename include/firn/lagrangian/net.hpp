@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The purpose of a link between two points. Each kind may have its own stiffness.
 enum class LinkKind : std::uint8_t {
@@ -59,4 +59,4 @@ struct Net {
     std::vector<Facet<D>> facets;           ///< Facets (triangles, or edges in 2D) of the surface.
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

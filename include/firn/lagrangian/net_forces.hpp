@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Springs and dampers between pairs of points.
 template <class S, int D>
@@ -156,4 +156,4 @@ Membranes<Material> membranes_of(const Net<3>& net, const Material& material, do
     return membranes;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -17,7 +17,7 @@
 #include <string>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The masses, radius and group of the point masses that ParticleSystem::add makes from the points of a net.
 struct NetOptions {
@@ -546,4 +546,4 @@ template <class Boundary>
 explicit ParticleSystem(const Boundary&)
     -> ParticleSystem<detail::made_for<Boundary>::D, typename detail::made_for<Boundary>::S, Verlet, Boundary>;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

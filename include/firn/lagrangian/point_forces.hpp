@@ -4,7 +4,7 @@
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/lagrangian/drag.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The drag of air on every point of a system. Each point is treated as a ball with the radius of the point.
 template <std::floating_point S, int D>
@@ -70,4 +70,4 @@ struct ForceOnEach {
 template <class OfPoint>
 ForceOnEach(OfPoint) -> ForceOnEach<OfPoint>;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

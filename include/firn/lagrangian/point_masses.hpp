@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A read-only view of all points of a system, for functions that compute forces. Element i of every field belongs to
 /// the point with index i.
@@ -289,4 +289,4 @@ bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint3
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/lagrangian/surface.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Builds a straight rope of `segments` + 1 evenly spaced points. The first point is at position `a` and the last at
 /// position `b` [m]. Stretch links join neighbouring points, and bend links join each point to its second neighbours.
@@ -34,4 +34,4 @@ Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segmen
     return net;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <set>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A net whose facets enclose a volume. Each point of the net represents a part of this volume.
 template <int D>
@@ -346,4 +346,4 @@ inline SoftBody<3> mesh_body(const TriangleMesh& given) {
     return body;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

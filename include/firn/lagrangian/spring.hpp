@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 /// Checks the stiffness [N/m] and damping [N s/m] of a spring.
@@ -149,4 +149,4 @@ struct Anchor {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

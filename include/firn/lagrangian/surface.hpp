@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The largest number of points in a net: links and facets store the index of a point in 32 bits.
 inline constexpr std::size_t max_points = std::numeric_limits<std::uint32_t>::max();
@@ -140,4 +140,4 @@ std::vector<double> link_masses(const Net<D>& net, double density) {
     return masses;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

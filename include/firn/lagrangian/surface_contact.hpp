@@ -12,7 +12,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -149,4 +149,4 @@ void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitut
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The indices (into PointMasses) of the two end points of a torn link, in any order.
 using Torn = std::array<std::uint32_t, 2>;
@@ -197,4 +197,4 @@ std::vector<Torn> torn_links(std::span<const TearingLink<S>> links, std::span<co
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

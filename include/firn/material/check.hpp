@@ -10,7 +10,7 @@
 #include <cmath>
 #include <string>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Checks that a simulation can use a constitutive model: no parameter is NaN, model.check() (if it exists) accepts the
 /// parameters, and the speed of waves in a new particle is finite.
@@ -43,4 +43,4 @@ void check_material(const M& model) {
                                        "enough for the precision."));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -38,7 +38,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The state of a particle that stores only the deformation gradient.
 template <class S, int D>
@@ -357,4 +357,4 @@ FIRN_INLINE auto energy_density(const M& model, const State& state) {
         return detail::call(detail::EnergyDensity{}, model, state.F);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

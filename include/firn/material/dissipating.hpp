@@ -4,7 +4,7 @@
 #include <firn/core/names.hpp>
 #include <firn/material/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 struct named_dissipating {
@@ -84,4 +84,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -6,7 +6,7 @@
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/stretch_bound.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An elastic solid that returns to its shape: jelly, rubber, soft tissue.
 ///
@@ -89,4 +89,4 @@ struct FixedCorotated {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

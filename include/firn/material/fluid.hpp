@@ -5,7 +5,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/math/pow.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Measurable properties of a fluid. Fluid::from_properties() makes the material from these properties.
 ///
@@ -144,4 +144,4 @@ struct Fluid {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns the slope α [1] of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0, from the sine of the friction angle φ. τ is
 /// the Kirchhoff stress, negative under compression.
@@ -35,4 +35,4 @@ inline Angle check_friction_angle(Angle angle) {
     return angle;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 #include <firn/math/matrix_functions.hpp>
 #include <firn/math/stretch_bound.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An elastic solid whose stress is linear in the logarithmic strain.
 ///
@@ -85,4 +85,4 @@ struct Hencky {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

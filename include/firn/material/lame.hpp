@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The Lamé parameters of an isotropic elastic solid.
 struct Lame {
@@ -57,4 +57,4 @@ Lame lame_in(double young, double poisson) {
     return lame;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

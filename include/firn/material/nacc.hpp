@@ -7,7 +7,7 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/math/matrix_functions.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Measurable properties of Cam clay. Nacc::from_properties() makes the material from these properties.
 struct NaccProperties {
@@ -289,4 +289,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -6,7 +6,7 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/math/stretch_bound.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An elastic solid for large strains: rubber.
 ///
@@ -84,4 +84,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/material/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Particles that carry mass and nothing else: no stress, no state, no waves.
 ///
@@ -42,4 +42,4 @@ struct NoStress {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

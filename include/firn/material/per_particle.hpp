@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The name of a parameter, as a template argument. A string literal converts to this type.
 template <std::size_t N>
@@ -180,4 +180,4 @@ const S& of(const detail::OfParticle<S, Name>& state) {
     return state.value;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -5,7 +5,7 @@
 #include <firn/material/hencky.hpp>
 #include <firn/math/trigonometric.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Measurable properties of sand. Sand::from_properties() makes the material from these properties.
 ///
@@ -196,4 +196,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

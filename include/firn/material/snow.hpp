@@ -5,7 +5,7 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/math/principal_axes.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Measurable properties of snow. Snow::from_properties() makes the material from these properties. The defaults are
 /// those of Stomakhin et al. 2013, table 2, for a density of 400 kg/m³.
@@ -172,4 +172,4 @@ struct Snow {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/material/hencky.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Measurable properties of a plastic solid. VonMises::from_properties() makes the material from these properties. The
 /// defaults are those of a soft clay.
@@ -141,4 +141,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 
 #include <concepts>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -199,4 +199,4 @@ FIRN_INLINE constexpr VolumeRatio<S> select(const M& mask, const VolumeRatio<S>&
 }
 /// @}
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -16,7 +16,7 @@
 
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -177,4 +177,4 @@ FIRN_INLINE dual<T> log(const dual<T>& x, const dual<T>& less_one) {
     return {log(x.value, less_one.value), less_one.derivative / x.value};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

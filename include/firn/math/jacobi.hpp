@@ -14,7 +14,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// U and σ of the decomposition F = scale · U diag(σ) Qᵀ, where U and Q are rotations. (Q is not computed.)
 ///
@@ -114,4 +114,4 @@ FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
     return result;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

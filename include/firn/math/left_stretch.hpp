@@ -10,7 +10,7 @@
 #include <firn/math/deformation.hpp>
 #include <firn/math/jacobi.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -255,4 +255,4 @@ FIRN_INLINE matrix_of_t<G> left_stretch_change(const G& F) {
     return change;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

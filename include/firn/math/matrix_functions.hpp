@@ -11,7 +11,7 @@
 
 #include <array>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -225,4 +225,4 @@ FIRN_INLINE G stretched_to(const G& F, const matrix_of_t<G>& b, const scalar_of_
                            [](const S& squared, const S&) FIRN_LAMBDA { return sqrt(max(squared, S(0))); });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

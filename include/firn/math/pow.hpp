@@ -11,7 +11,7 @@
 
 #include <firn/math/exp_log.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -118,4 +118,4 @@ FIRN_INLINE dual<T> pow_less_one(const dual<T>& less_one, const std::type_identi
     return {pow_less_one(less_one.value, y.value), power.derivative};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

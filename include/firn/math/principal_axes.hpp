@@ -4,7 +4,7 @@
 
 #include <firn/math/svd.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -168,4 +168,4 @@ FIRN_INLINE Principal<dual<T>, 3> principal_stretches(const Mat<dual<T>, 3>& F) 
     return detail::principal_of(left_singular(F));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

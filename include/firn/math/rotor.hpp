@@ -8,7 +8,7 @@
 
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A rotation by an angle φ about a unit vector n: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2). In 2D n is
 /// the z axis, x = y = 0, and a rotor has only the components (w, z).
@@ -115,4 +115,4 @@ inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, Angle angle) {
     return turned(no_rotation<double, 3>(), axis * (angle.in_radians() / norm(axis)));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

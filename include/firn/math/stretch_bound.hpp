@@ -4,7 +4,7 @@
 
 #include <firn/math/deformation.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns an upper bound of the square of F's largest singular value [1]. The bound is the largest row sum Σⱼ
 /// |(FFᵀ)ᵢⱼ| of FFᵀ (Gershgorin). The bound is exact if FFᵀ is diagonal.
@@ -49,4 +49,4 @@ FIRN_INLINE auto squared_stretch_range(const G& F) {
     return range;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

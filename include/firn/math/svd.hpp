@@ -12,7 +12,7 @@
 
 #include <firn/math/left_stretch.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns the matrix U diag(d) Uᵀ. The result is exactly symmetric.
 template <scalar S, int D>
@@ -172,4 +172,4 @@ FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     return result;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

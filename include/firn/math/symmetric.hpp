@@ -3,7 +3,7 @@
 
 #include <firn/core/tensor.hpp>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Returns the symmetric matrix whose elements in row i and column j, and in row j and column i, are entry(i, j). The
 /// function `entry` is called only for i ≤ j.
@@ -30,4 +30,4 @@ FIRN_INLINE Mat<S, D> symmetric_product(const Mat<S, D>& a, const Mat<S, D>& b) 
     });
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

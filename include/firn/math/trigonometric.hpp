@@ -8,7 +8,7 @@
 
 #include <firn/math/exp_log.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -96,4 +96,4 @@ FIRN_INLINE dual<T> cos(const dual<T>& x) {
     return {cos(x.value), -sin(x.value) * x.derivative};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -29,7 +29,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 /// A number that ranks can add up or compare.
 template <class T>
@@ -272,4 +272,4 @@ inline std::vector<Message> exchange(const Communicator& all, std::vector<Messag
     return received;
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

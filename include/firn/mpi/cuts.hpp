@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 /// Cuts of the curve through all cubes of blocks into one interval for each rank. \see curve_key
 template <int D>
@@ -90,4 +90,4 @@ Cuts<D> balanced_cuts(std::span<const CubeWeight> cubes, int ranks, const Sum& s
     return {std::move(low)};
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

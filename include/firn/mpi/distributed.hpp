@@ -11,7 +11,7 @@
 
 #include <type_traits>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 namespace detail {
 template <class E>
@@ -215,4 +215,4 @@ void p2g(const Distributed<FixedPoint<Integer, How>>& execution, SparseGrid<S, D
     });
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

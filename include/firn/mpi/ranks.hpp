@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 namespace detail {
 
@@ -355,4 +355,4 @@ private:
     double largest_imbalance_;
 };
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

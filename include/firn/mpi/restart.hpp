@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 namespace detail {
 
@@ -152,4 +152,4 @@ void restore(Simulation<D, Material, Policies...>& simulation, State<T> state, R
     restore(simulation.set(), std::move(state), how);
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

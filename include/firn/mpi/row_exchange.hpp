@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 using firn::detail::RowsPart;
 
@@ -216,4 +216,4 @@ std::vector<T> in_order(std::vector<T>&& rows, std::size_t columns, const std::v
     return moved;
 }
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

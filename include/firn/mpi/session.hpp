@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 /// An object of this class starts MPI; its destructor ends MPI. Make one at the beginning of main():
 ///
@@ -105,4 +105,4 @@ template <class Error>
     throw Error(Session::common_error());
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 /// A piece: the contributions of one rank to a block, of all groups that come in one turn.
 struct Piece {
@@ -417,4 +417,4 @@ struct GridOfPieces {
     }
 };
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

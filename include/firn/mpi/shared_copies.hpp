@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 /// The blocks of the domain of which several ranks have copies, since the last sort.
 template <int D>
@@ -234,4 +234,4 @@ private:
     std::vector<Partner> partners_;  // sorted by rank
 };
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

@@ -17,7 +17,7 @@
 #include <system_error>
 #include <utility>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 /// A file that all ranks write under a temporary name. If commit() was not called, or threw an error, the destructor
 /// removes the temporary file.
@@ -90,4 +90,4 @@ private:
     bool pending_ = false;
 };
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

@@ -15,7 +15,7 @@
 #include <bit>
 #include <cstring>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 /// Calls f(first, count) for each run of set bits of a mask.
 template <class F>
@@ -340,4 +340,4 @@ private:
     std::vector<std::size_t> offsets_of_pack_, offsets_of_got_;
 };
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 namespace detail {
 
@@ -182,4 +182,4 @@ State<S> read_state(const Communicator& all, const std::filesystem::path& path, 
     return std::move(found.state);
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

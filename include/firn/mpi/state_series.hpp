@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 /// A series of states of a run on many ranks: firn::StateSeries, whose files all ranks write together. The files and
 /// the list have the same names and bytes as those of a run without MPI. All functions except path() and size() are
@@ -91,4 +91,4 @@ private:
     std::size_t size_ = 0;
 };
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

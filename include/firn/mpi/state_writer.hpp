@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 namespace detail {
 
@@ -433,4 +433,4 @@ void write_state(const Communicator& all, const std::filesystem::path& path, con
     detail::StateOfRanks<S>(all, mine, options).write(path);
 }
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

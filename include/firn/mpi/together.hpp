@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace firn::mpi::detail {
+namespace firn::inline FIRN_BUILD::mpi::detail {
 
 /// What became of something that every rank tried: nothing, or an error. The ranks go on and take part in what the
 /// others do, until settle() throws the error on all of them.
@@ -87,4 +87,4 @@ auto together(const Communicator& all, const F& f) {
     }
 }
 
-}  // namespace firn::mpi::detail
+}  // namespace firn::inline FIRN_BUILD::mpi::detail

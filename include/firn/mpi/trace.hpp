@@ -7,7 +7,7 @@
 #include <ctime>
 #include <vector>
 
-namespace firn::mpi {
+namespace firn::inline FIRN_BUILD::mpi {
 
 /// What a rank did, as a list of phases with their times. Give it to Distributed::trace to measure a run.
 struct Trace {
@@ -61,4 +61,4 @@ private:
 
 }  // namespace detail
 
-}  // namespace firn::mpi
+}  // namespace firn::inline FIRN_BUILD::mpi

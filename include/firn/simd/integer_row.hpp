@@ -10,7 +10,7 @@
 #include <arm_neon.h>
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -60,4 +60,4 @@ FIRN_INLINE row_of<Integer, K, W> nearest(const row_of<S, K, W>& row) {
         return {detail::nearest<Integer>(row.first), nearest<Integer>(row.rest)};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

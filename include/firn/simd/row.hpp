@@ -20,7 +20,7 @@
 #define FIRN_WIDE_ROWS
 #endif
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -366,4 +366,4 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
 template <class Row, int count>
 inline constexpr bool rows_fit = 16 * count * Row::registers <= 9 * vector_registers;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -4,7 +4,7 @@
 
 #include <firn/core/pack.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 template <class P, bool High, int... I>
@@ -105,4 +105,4 @@ FIRN_INLINE void store_quads_of(P (&r)[4], value_type_t<P>* quads, const OfLane&
     });
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

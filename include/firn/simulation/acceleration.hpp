@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
 /// later, the grid update tells the largest at the nodes. \see squared_acceleration
@@ -51,4 +51,4 @@ template <class Sets, int D, class Acceleration>
     return std::sqrt(squared);
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <tuple>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Checks an acceleration.
 /// \throws parameter_error  if a constant acceleration, or a parameter of an acceleration field, is not finite
@@ -158,4 +158,4 @@ template <class Sets, int D>
     throw particle_error(when + text + " " + cause);
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

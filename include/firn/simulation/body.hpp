@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A body: the particles that one call of Simulation::add has added. The ids of these particles are first, first + 1,
 /// …, first + count − 1. Ids are counted from 0 for each material.
@@ -20,4 +20,4 @@ struct Body {
     bool holds(std::uint32_t id) const { return id - first < count; }  // if id < first, the difference is very large
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

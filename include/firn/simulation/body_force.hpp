@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Copies of the particles of a body: the points between which forces act. The particle of point i has the id
 /// body().first + i. All forces between the particles of this body use the same points. The points are read once per
@@ -195,4 +195,4 @@ private:
     bool is_read_ = false;
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

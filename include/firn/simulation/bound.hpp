@@ -14,7 +14,7 @@
 #include <string>
 #include <tuple>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// The largest allowed time step, as a fraction of the largest stable step for the forces between particles. The
 /// fraction is less than 1 because the stiffness of these forces changes with strain.
@@ -208,4 +208,4 @@ struct StepBound {
     }
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

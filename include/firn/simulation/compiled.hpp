@@ -3,7 +3,7 @@
 
 #include <firn/simulation.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
           class Volume, class Law>
@@ -18,7 +18,7 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     return body;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD
 
 #ifdef FIRN_COMPILED
 /// The templates of the library firn::compiled: the common simulations, the sampling of shapes, and templates that
@@ -39,7 +39,7 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     where template std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>&, const Vec<double, D>&, \
                                                                    double, std::uint64_t, double, int);          \
     }
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 /// A function that makes the linker report different options. Its name has the build in it (core/build.hpp), and it is
 /// defined for the build of the library only: compile the program and the library with the same compiler and options.
 void firn_compiled_has_the_same_options();
@@ -48,7 +48,7 @@ void firn_compiled_has_the_same_options() {}
 #elif !defined(FIRN_COMPILES)
 [[gnu::used]] inline void (*const of_library)() = firn_compiled_has_the_same_options;
 #endif
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail
 
 #if FIRN_COMPILES == 2
 FIRN_TEMPLATES(, 2)

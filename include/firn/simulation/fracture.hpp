@@ -19,7 +19,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Whether F of a particle of the material M is its whole deformation: M is elastic.
 template <class M, int D>
@@ -247,4 +247,4 @@ std::string too_far_stretched_of(Sets& sets, const Domain<D>& domain, int thread
     return text;
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A force on every particle of a body. To apply a traction t [Pa] to a face of area A [m²] that has n particles, let
 /// the force on each of these particles be t A / n.
@@ -93,4 +93,4 @@ private:
 
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -21,7 +21,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Which particles of a body a process adds, when several processes add a body together.
 struct PartOfBody {
@@ -458,4 +458,4 @@ struct material_sets<D, Materials<M...>> {
 };
 }  // namespace detail
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

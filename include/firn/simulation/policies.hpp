@@ -15,7 +15,7 @@
 
 #include <type_traits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
           class Volume, class Law>
@@ -143,4 +143,4 @@ Boundary default_boundary(const Domain<D>& domain) {
 template <int D, class Material, class... Policies>
 using SimulationWith = typename detail::chosen<D, Material, Policies...>::simulation;
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 #include <atomic>
 #include <memory>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Collects particle ids that several threads report: keeps the lowest id, and how many ids were reported.
 class LowestId {
@@ -88,4 +88,4 @@ private:
     std::unique_ptr<Push<S, D>> held_;
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The level of readiness of a set of particles for a step: whether positions were checked, particles sorted and
 /// stresses computed.
@@ -50,4 +50,4 @@ private:
     Value value_ = changed;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The functions that add, change and read the particles of one material. They are members of SetHandle and of a
 /// simulation with one material.
@@ -216,4 +216,4 @@ private:
     Simulation* simulation_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

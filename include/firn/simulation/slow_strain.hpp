@@ -14,7 +14,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 /// Watches a sample of the particles for strain that is lost.
 ///
@@ -111,4 +111,4 @@ private:
     bool said_ = false;
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <tuple>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 template <class B>
 inline constexpr bool is_collider = false;
@@ -199,4 +199,4 @@ template <class Boundary, int D>
     return text;
 }
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

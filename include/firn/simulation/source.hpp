@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A source of particles, which adds them in bursts. Burst k = 0, 1, … is due at the time start + k / rate, if this
 /// time is not after `end`. A burst that is due during a step is added at the end of the step. The particles of the
@@ -115,4 +115,4 @@ struct Sink {
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -92,4 +92,4 @@ template <class Boundary, int D>
         ", or give firn::GapContact{walls}, whose walls act where they stand.");
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

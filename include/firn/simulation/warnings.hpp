@@ -25,7 +25,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn::detail {
+namespace firn::inline FIRN_BUILD::detail {
 
 template <int D>
 std::string text_of(const Vec<double, D>& x) {
@@ -375,4 +375,4 @@ private:
          stretch_said_ = false;
 };
 
-}  // namespace firn::detail
+}  // namespace firn::inline FIRN_BUILD::detail

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A phase should have at least about this many cubes (groups of sparse blocks). If phases have many more cubes, the
 /// nodes of a phase leave the cache before the next phase uses them. If phases have fewer cubes, threads wait for each
@@ -124,4 +124,4 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     return partition;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Gives keys of blocks the indices 0, 1, 2, … in the order in which the keys first occur, by a hash table with open
 /// addressing.
@@ -63,4 +63,4 @@ private:
     std::uint32_t last_ = 0;  // last result of number(); particles that are neighbours in memory mostly share a block
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

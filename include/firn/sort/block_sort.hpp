@@ -15,7 +15,7 @@
 #include <bit>
 #include <cstring>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// For up to sixteen particles: the block and the cell that contain the particle's base node (the lowest node to which
 /// the particle scatters). Each array has one element per particle.
@@ -262,4 +262,4 @@ private:
     std::vector<std::size_t> first_place_;  // per range: index in by_block_ of its first particle
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

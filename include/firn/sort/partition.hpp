@@ -8,7 +8,7 @@
 
 #include <memory>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
@@ -127,4 +127,4 @@ BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads 
     return partition;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// An item to sort: an integer (such as an index) and the key by which this integer is sorted.
 template <std::unsigned_integral Key>
@@ -75,4 +75,4 @@ private:
     std::vector<std::uint32_t> next_;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A contact group at a node.
 template <int D>
@@ -70,4 +70,4 @@ void meet(const Law& law, std::span<GroupAtNode<D>> groups, std::span<PairAtNode
     }
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -18,7 +18,7 @@
 
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Maxima over all particles, for the computation of the upper bounds of the sums. These maxima do not depend on the
 /// order of the particles. q and g are defined as follows: a particle adds at most N q + |∇N| g to a momentum component
@@ -129,4 +129,4 @@ FIRN_INLINE FixedPointScale<S> largest_scale(const FixedPointBound<S>& bound, do
     return {largest(bound.momentum), largest(bound.mass)};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

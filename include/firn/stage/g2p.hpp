@@ -3,7 +3,7 @@
 
 #include <firn/stage/offset.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Sums over the nodes i around a particle, with weights N_i, velocities v_i, and offsets o_i from the centre node
 /// [cells].
@@ -155,4 +155,4 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     return sums;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

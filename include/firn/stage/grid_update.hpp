@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 /// Converts the acceleration to firn's Vec if it is a constant vector of another library. Returns any other
@@ -120,4 +120,4 @@ struct NoBoundary {
     FIRN_INLINE void surfaces(const Vec<S, D>&, const Seen&) const {}
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -14,7 +14,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The weights that the nodes of a column have at the surface of the wall, where the column's middle node lies.
 template <class S>
@@ -158,4 +158,4 @@ FIRN_INLINE NodeColumn<S, D> mirrored_by_gap(const NodeColumn<S, D>& column, int
     return choose(closing < S(0), mirrored(column, axis, inward, contact, friction, weights), after);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

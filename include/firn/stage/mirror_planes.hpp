@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A wall behind which nodes move like mirror images of the nodes in front of it.
 struct MirrorPlane {
@@ -87,4 +87,4 @@ Mirrors mirrors_of(const Boundary& boundary, const Domain<D>& domain) {
     return mirrors;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -5,7 +5,7 @@
 #include <firn/core/tensor.hpp>
 #include <firn/kernel/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns a particle's position relative to its centre node [cells].
 /// \param fraction  the particle's position relative to its base node [cells]: f = x/h − base
@@ -61,4 +61,4 @@ FIRN_INLINE V times_minus(const V& b, const W& w, const V& a) {
     return b * w - a;
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

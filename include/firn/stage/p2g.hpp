@@ -8,7 +8,7 @@
 
 #include <firn/stage/offset.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The values of a particle that P2G reads.
 template <class S, int D>
@@ -104,4 +104,4 @@ private:
     }
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

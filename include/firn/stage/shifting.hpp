@@ -6,7 +6,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns the integral of a node's weight over all points up to t: ∫ N(u) du for u < t, from 0 to 1.
 /// \param t  where the integral ends, counted from the node [cells]
@@ -118,4 +118,4 @@ FIRN_INLINE Vec<S, D> kept_out_of(const Solids& solids, const Vec<S, D>& x, Vec<
     return select((after < S(0)) & (after < before), Vec<S, D>::zero(), shift);
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

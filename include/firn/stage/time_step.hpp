@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The factor f for which f h / (|v| + c) is the largest safe time step. h is the cell size, v the velocity and c the
 /// wave speed of a particle.
@@ -89,4 +89,4 @@ double stable_time_step(double cell_size, double largest_signal_speed, double la
                     acceleration_time_step(cell_size, largest_acceleration));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

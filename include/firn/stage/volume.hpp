@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Returns what a particle adds to nodes for the average of the rates of volume change. A node with weight N receives
 /// N V0 θ as component 0 of its momentum, and N V0 as its mass.
@@ -27,4 +27,4 @@ FIRN_INLINE S average_rate(const S& rates, const S& volume) {
     return select(filled, rates / select(filled, volume, S(1)), S(0));
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

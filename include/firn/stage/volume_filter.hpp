@@ -3,7 +3,7 @@
 
 #include <firn/material/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether a material's state contains a volume ratio J [1].
 template <class State>
@@ -99,4 +99,4 @@ FIRN_INLINE FilteredState<State, S, D> filtered_state(const Material& material, 
         return {after, kirchhoff_stress(material, after)};
 }
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

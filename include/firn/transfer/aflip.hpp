@@ -3,7 +3,7 @@
 
 #include <firn/transfer/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// AFLIP: FLIP whose particles also carry APIC's affine field C.
 ///
@@ -105,4 +105,4 @@ struct Asflip {
 static_assert(transfer<Aflip<>> && blends_velocities<Aflip<>>);
 static_assert(transfer<Asflip<>> && blends_velocities<Asflip<>>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/transfer/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// APIC, the default transfer: a particle carries a velocity and an affine velocity field around the particle.
 ///
@@ -31,4 +31,4 @@ struct Apic {
 
 static_assert(transfer<Apic>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -11,7 +11,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/parameters.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether T has a constant `affine`. This constant is true if particles carry the affine field C.
 template <class T>
@@ -70,4 +70,4 @@ inline constexpr bool refines_velocities = requires(const T t) {
     { t.order } -> std::convertible_to<int>;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/transfer/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// FLIP blended with PIC: in each step, the change of the grid's velocity is added to the particle's velocity.
 ///
@@ -48,4 +48,4 @@ struct Flip {
 
 static_assert(transfer<Flip<>> && blends_velocities<Flip<>>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -3,7 +3,7 @@
 
 #include <firn/transfer/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// FMPM: PIC with an approximate inverse of the full mass matrix. The higher the order, the less FMPM damps motion.
 ///
@@ -62,4 +62,4 @@ struct Fmpm {
 
 static_assert(transfer<Fmpm> && refines_velocities<Fmpm>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

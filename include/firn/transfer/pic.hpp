@@ -3,7 +3,7 @@
 
 #include <firn/transfer/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// PIC: a particle carries only a velocity v, which is replaced by the grid's velocity in every step.
 ///
@@ -27,4 +27,4 @@ struct Pic {
 
 static_assert(transfer<Pic>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -12,7 +12,7 @@
 #include <concepts>
 #include <cstdint>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Whether V has a constant `averages_volume`. This constant is true if the rate of volume change of a particle is
 /// averaged over the particles around it.
@@ -50,4 +50,4 @@ inline constexpr bool shifts_particles = filters_volume<V> && requires(const V v
     { v.shifted_share(0.0) } -> std::same_as<double>;
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

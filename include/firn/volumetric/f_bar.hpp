@@ -3,7 +3,7 @@
 
 #include <firn/volumetric/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// F-bar: the rate of volume change of a particle is replaced by the average of those around it. Use FBar for nearly
 /// incompressible solids (Poisson's ratio from 0.4 on) and for plastic flow without volume change, which otherwise
@@ -50,4 +50,4 @@ struct FBar {
 
 static_assert(volumetric<FBar>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

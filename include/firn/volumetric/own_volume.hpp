@@ -3,7 +3,7 @@
 
 #include <firn/volumetric/concept.hpp>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// The default: the velocity gradient of a particle updates its material state unchanged. Nearly incompressible solids,
 /// and plastic flow without volume change, lock. \see FBar
@@ -14,4 +14,4 @@ struct OwnVolume {
 
 static_assert(volumetric<OwnVolume>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// A filter that removes from the volume ratios J of the particles what no node feels, so that the pressure stays
 /// smooth; and that keeps particles as far apart as their volumes ask for, so that liquids fill their volume after a
@@ -111,4 +111,4 @@ private:
 
 static_assert(volumetric<VolumeFilter> && filters_volume<VolumeFilter> && shifts_particles<VolumeFilter>);
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::webgpu {
+namespace firn::inline FIRN_BUILD::webgpu {
 
 /// Options of a Device: which GPU to choose, and which limits (sizes of buffers, …) to ask for.
 struct DeviceOptions {
@@ -321,4 +321,4 @@ std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t fir
 
 }  // namespace detail
 
-}  // namespace firn::webgpu
+}  // namespace firn::inline FIRN_BUILD::webgpu

@@ -22,7 +22,7 @@
 #include <map>
 #include <type_traits>
 
-namespace firn::webgpu {
+namespace firn::inline FIRN_BUILD::webgpu {
 
 /// The value of Status::particle that means "no particle": there is no error, or the error does not concern a single
 /// particle.
@@ -375,4 +375,4 @@ private:
     long steps_ = 0;
 };
 
-}  // namespace firn::webgpu
+}  // namespace firn::inline FIRN_BUILD::webgpu

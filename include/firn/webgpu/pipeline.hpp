@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <map>
 
-namespace firn::webgpu::detail {
+namespace firn::inline FIRN_BUILD::webgpu::detail {
 
 /// Returns the line of the code with the given line number. The first line has the line number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
@@ -122,4 +122,4 @@ inline Kernel make_kernel(const Device& device, const wgsl::Program& program, co
     return kernel;
 }
 
-}  // namespace firn::webgpu::detail
+}  // namespace firn::inline FIRN_BUILD::webgpu::detail

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// Returns an f32 literal of WGSL that has exactly the bits of `value`.
 ///
@@ -349,4 +349,4 @@ private:
     std::string out_;
 };
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

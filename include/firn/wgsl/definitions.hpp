@@ -17,7 +17,7 @@
 
 #include <limits>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 namespace detail {
 
@@ -421,4 +421,4 @@ void add_material(Module& module, const Material& material) {
                                     });
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

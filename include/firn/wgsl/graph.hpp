@@ -19,7 +19,7 @@
 #include <tuple>
 #include <vector>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// The kind of operation that a node of the graph does. The operands are the values of the nodes with the indices `a`,
 /// `b` and `c`. For the last three kinds (loop, loop_value and loop_result), `a` is the index of a loop and `b` the
@@ -291,4 +291,4 @@ private:
     std::vector<int> open_;
 };
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

@@ -9,7 +9,7 @@
 #include <bit>
 #include <cstring>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// The values that a host (the software that starts a program) writes into the uniforms and buffers of the program
 /// before the program runs.
@@ -189,4 +189,4 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     return inputs;
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

@@ -13,7 +13,7 @@
 
 #include <firn/core/requirements.hpp>
 
-namespace firn::wgsl::text {
+namespace firn::inline FIRN_BUILD::wgsl::text {
 
 /// WGSL text of helper functions for several entry points. These functions access the bits of floats, report errors,
 /// and compute indices of nodes.
@@ -437,4 +437,4 @@ fn initialise(${INVOCATION}) {
 }
 )";
 
-}  // namespace firn::wgsl::text
+}  // namespace firn::inline FIRN_BUILD::wgsl::text

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// A uniform of a program: a scalar or vector that the host (the software that runs the program) sets, and that all
 /// entry points can read.
@@ -371,4 +371,4 @@ inline void add_entry_points(Program& program, const Facts& facts) {
 
 }  // namespace detail
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// The limits of a WebGPU device that matter to a program. Every device guarantees at least the default values.
 struct Limits {
@@ -82,4 +82,4 @@ inline void check_fits(const Program& program, std::uint64_t particles, const st
                                            " (maxStorageBuffersPerShaderStage)."));
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

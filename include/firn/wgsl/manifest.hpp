@@ -6,7 +6,7 @@
 #include <firn/version.hpp>
 #include <firn/wgsl/layout.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// Names of the entry points of one step, in the order to run them. In this kind of step, P2G adds the particles
 /// directly to the grid. A program with mirrored walls has further entry points, see step_order_of().
@@ -188,4 +188,4 @@ inline std::string manifest(const Program& program) {
     return json.text();
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

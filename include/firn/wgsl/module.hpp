@@ -5,7 +5,7 @@
 #include <firn/wgsl/body.hpp>
 #include <firn/wgsl/recorded.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// A list of WGSL structs and functions, which together are a WGSL module.
 class Module {
@@ -76,4 +76,4 @@ private:
     std::string functions_;
 };
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

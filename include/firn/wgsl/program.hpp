@@ -12,7 +12,7 @@
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/text.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 namespace detail {
 
@@ -197,4 +197,4 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size);
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

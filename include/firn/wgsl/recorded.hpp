@@ -11,7 +11,7 @@
 #include <firn/wgsl/graph.hpp>
 #include <firn/wgsl/shape.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 // Definitions (the C++ functions to record) call these functions without firn::. The using-declaration makes
 // argument-dependent lookup find the functions for arguments of type `recorded`.
@@ -218,9 +218,9 @@ State record_repeat(State state, const Body& body) {
     return state;
 }
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl
 
-namespace firn {
+namespace firn::inline FIRN_BUILD {
 
 /// Describes the scalar type `recorded` to firn's templates: a `recorded` stands for one float.
 template <>
@@ -230,4 +230,4 @@ struct scalar_traits<wgsl::recorded> {
     static constexpr bool has_friends = true;  ///< its functions (sqrt, …) are friends, see firn::has_friends
 };
 
-}  // namespace firn
+}  // namespace firn::inline FIRN_BUILD

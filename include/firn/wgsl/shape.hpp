@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// Translates a type T to WGSL. The values of T consist of scalars of type `recorded`, the components. Each
 /// specialisation has these functions:
@@ -221,4 +221,4 @@ private:
     }
 };
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

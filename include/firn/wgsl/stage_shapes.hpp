@@ -10,7 +10,7 @@
 #include <firn/stage/volume_filter.hpp>
 #include <firn/wgsl/recorded.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 /// Translates HeldNode (a node's velocity, and the surfaces that hold it) to a WGSL struct.
 template <class S>
@@ -276,4 +276,4 @@ struct shape<T> : struct_shape<T, shape<T>> {
     /// @}
 };
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

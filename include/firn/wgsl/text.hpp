@@ -8,7 +8,7 @@
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
 
-namespace firn::wgsl {
+namespace firn::inline FIRN_BUILD::wgsl {
 
 namespace detail {
 
@@ -459,4 +459,4 @@ std::string particle_accessors(const Program& program, const FieldTable& table, 
 
 }  // namespace detail
 
-}  // namespace firn::wgsl
+}  // namespace firn::inline FIRN_BUILD::wgsl

@@ -7,7 +7,7 @@
 
 #include <firn/core/requirements.hpp>
 
-namespace firn::wgsl::text {
+namespace firn::inline FIRN_BUILD::wgsl::text {
 
 /// WGSL text of the average of numbers of particles at the nodes: the entry points choose_rate_scale and scatter_rates,
 /// and functions for the sums of a node. Status words 12 to 15: the largest |V0 a| and V0, and the two scales of the
@@ -242,4 +242,4 @@ fn shift_particles(${INVOCATION}) {
 }
 )";
 
-}  // namespace firn::wgsl::text
+}  // namespace firn::inline FIRN_BUILD::wgsl::text
