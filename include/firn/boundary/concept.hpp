@@ -13,9 +13,8 @@
 ///     void check()                       throws parameter_error if a parameter is out of range
 ///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
-///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m,
-///     double];
-///                                        for boundaries that are to work in domains far from 0
+///     measured_from(corner)              returns the boundary for positions that are measured from `corner` [m], in
+///                                        double; for boundaries that are to work in domains far from 0
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
 ///     double exact_up_to()               the distance [m] from which on the distances of surfaces() are not exact
@@ -187,9 +186,8 @@ struct NoOthers {
 };
 
 /// Calls f(part, others, k) for each part of a boundary; a boundary without for_parts() is its only part.
-/// \param others  a function: others(x, seen) calls `seen` for each surface of other solids. What f gets as `others`
-/// also
-///                calls it for the surfaces of the boundary's other parts
+/// \param others  a function: others(x, seen) calls `seen` for each surface of other solids. The function `others` that
+///                f gets calls it for the surfaces of the boundary's other parts, too
 /// \param first   the index k of the first part
 template <class B, class Others, class F>
 FIRN_INLINE void for_parts(const B& boundary, const Others& others, const F& f, int first = 0) {
@@ -218,9 +216,8 @@ inline constexpr bool looks_at_matter = requires { Seen::looks_at_matter; };
 /// \param x       the node's position [m]
 /// \param v       the node's velocity before the boundary acts [m/s]
 /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
-/// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities of the
-/// node
-///                [m/s]. Each difference is the share of this part; their sum is the whole change
+/// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities [m/s] of
+///                the node. Each difference is the share of this part; their sum is the whole change
 /// \param first   the index that `seen` gets for part 0 of the boundary
 template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,

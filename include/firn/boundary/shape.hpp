@@ -22,8 +22,7 @@
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
 ///     convex = true          the solid is convex;  smooth = true: its surface has no edges. Unless one of them is
-///     true,
-///                            firn looks for concave corners around nodes that touch the solid
+///                            true, firn looks for concave corners around nodes that touch the solid
 ///     void faces(x, seen)    calls seen(distance, normal) for each face of a solid that several half-spaces form
 ///                            together: the signed distance of x from the plane of the face [m], and its normal. Then
 ///                            all faces that are near a node act on the node, in corners, too

@@ -67,8 +67,7 @@ struct FieldInfo {
     FieldNumber number = FieldNumber::real;  ///< type of the field's numbers
     /// True if memory holds the number, or the diagonal of the matrix, less 1, because it is a DeformationGradient or a
     /// VolumeRatio. A saved state has the number itself, and what it cannot hold of the difference in a field of its
-    /// own.
-    /// \see remainder_name
+    /// own. \see remainder_name
     bool less_one = false;
 
     /// True if `value` lies in the field's range.

@@ -54,7 +54,7 @@ struct Settings {
                 std::apply(
                     [&](const auto&... each) {
                         has_none = sizeof...(each) == 0;
-                        const auto visit = [&](const auto& one) {
+                        [[maybe_unused]] const auto visit = [&](const auto& one) {
                             const auto& value = one.of(policy);
                             using Value = std::remove_cvref_t<decltype(value)>;
                             if constexpr (has_parameters<Value> || is_list<Value>) add(path + "_" + one.name, value);

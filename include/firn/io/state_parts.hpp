@@ -24,8 +24,7 @@ enum class Restart {
     /// state of schema_version 4 or earlier says nothing of all this, except for nine digits of numbers.
     same_bits,
     /// Accept also a state that was written by another build, in a run with the same policies and parameters. The
-    /// continued run may then round differently. Numbers that are no parameters are compared by nine digits, and
-    /// digests
+    /// continued run may then round differently. Numbers that are no parameters are compared by nine digits; digests
     /// are not compared, since another build may compute other distances from the same mesh.
     other_build,
     /// Accept a state of any run and any precision, if the state has all fields that the material of the simulation

@@ -22,10 +22,9 @@
 ///                                            updating F and calling returned()
 ///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
-///     stretch_bound(state)                   an upper bound of how many times as long as at first a particle is [1];
-///     of
-///                                            a plastic model that bears tension however far it is stretched. With it,
-///                                            a simulation warns before such matter breaks for want of particles
+///     stretch_bound(state)                   an upper bound of how many times as long as at first a particle is [1],
+///                                            for a plastic model that bears tension however far it is stretched. With
+///                                            it, a simulation warns before such matter breaks for want of particles
 ///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
 ///     check()                                throws parameter_error if a parameter is out of range; called before the
 ///                                            first step. Of a model without it, NaN parameters are refused
@@ -279,6 +278,14 @@ FIRN_INLINE mask_t<S> differ(const Mat<S, D>& a, const Mat<S, D>& b) {
     mask_t<S> found = differ(a.m[0], b.m[0]);
     unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { found = found | differ(a.m[k + 1], b.m[k + 1]); });
     return found;
+}
+template <scalar S, int D>
+FIRN_INLINE mask_t<S> differ(const DeformationGradient<S, D>& a, const DeformationGradient<S, D>& b) {
+    return differ(displacement_gradient(a), displacement_gradient(b));
+}
+template <scalar S>
+FIRN_INLINE mask_t<S> differ(const VolumeRatio<S>& a, const VolumeRatio<S>& b) {
+    return differ(a.excess, b.excess);
 }
 template <class State>
     requires requires { State::fields(); }
