@@ -21,6 +21,11 @@ struct InMetres {
     B boundary;             ///< the boundary
     Vec<double, D> corner;  ///< the position that positions are measured from [m]
 
+    /// \name Interface of boundaries, as in boundary/concept.hpp
+    /// @{
+
+    /// with_scalar, lifted(), on_grid(), reaches(), velocity(), surfaces() and acting_surfaces() are those of
+    /// `boundary`, with positions and boxes measured from `corner`.
     template <class T>
     using with_scalar = InMetres<with_scalar_t<B, T>, D>;
     template <class T>
@@ -50,6 +55,7 @@ struct InMetres {
         const auto beside = [&](const Vec<S, D>& at, const auto& see) { others(at - cast<S>(corner), see); };
         boundary.acting_surfaces(x + cast<S>(corner), v, beside, seen);
     }
+    /// @}
 };
 
 /// Returns the boundary for positions that are measured from `corner` [m]: boundary.measured_from(corner) if the

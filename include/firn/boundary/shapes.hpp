@@ -67,7 +67,8 @@ struct Sphere {
     S radius = S(0.1);  ///< radius of the sphere [m]
 
     static constexpr const char* name = "sphere";
-    static constexpr bool convex = true, smooth = true;
+    static constexpr bool convex = true,  ///< The solid is convex.
+        smooth = true;                    ///< Its surface has no edges.
     static constexpr auto parameters() { return std::tuple{parameter{"radius", "m", &Sphere::radius}}; }
 
     /// Checks the radius.
@@ -97,7 +98,7 @@ struct Box {
     Vec<S, D> half_extents = Vec<S, D>::filled(S(0.1));  ///< distances from the centre to the faces [m]
 
     static constexpr const char* name = "box";
-    static constexpr bool convex = true;
+    static constexpr bool convex = true;  ///< The solid is convex.
     static constexpr auto parameters() { return std::tuple{parameter{"half_extents", "m", &Box::half_extents}}; }
 
     /// Checks the half extents.
@@ -171,7 +172,8 @@ struct Capsule {
     S radius = S(0.05);      ///< radius of the cylinder and of its ends [m]
 
     static constexpr const char* name = "capsule";
-    static constexpr bool convex = true, smooth = true;
+    static constexpr bool convex = true,  ///< The solid is convex.
+        smooth = true;                    ///< Its surface has no edges.
     static constexpr auto parameters() {
         return std::tuple{parameter{"half_length", "m", &Capsule::half_length},
                           parameter{"radius", "m", &Capsule::radius}};

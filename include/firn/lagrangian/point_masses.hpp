@@ -22,7 +22,7 @@ namespace firn::inline FIRN_BUILD {
 /// A read-only view of all points of a system, for functions that compute forces. Element i of every field belongs to
 /// the point with index i.
 ///
-/// Positions are in double. Form the difference of two positions first, and then round it: cast<S>(x_b − x_a).
+/// Positions are in double. Form the difference of two positions first, and then round it: `cast<S>(x_b − x_a)`.
 template <class S, int D>
 struct PointView {
     std::span<const Vec<double, D>> position;  ///< Positions [m].

@@ -5,10 +5,10 @@
 /// the deformation gradient, `density` the density of the undeformed material [kg/m³]. A model whose particles do not
 /// store F alone declares a struct template `state<D>`, whose static function fields() lists what a particle stores;
 /// the functions of the model then take a `state<D>` instead of F. Models may use Eigen::Matrix<S, D, D> instead of
-/// Mat<S, D> if core/eigen.hpp is included.
+/// `Mat<S, D>` if core/eigen.hpp is included.
 ///
-/// firn passes F as a DeformationGradient<S, D>, which is a Mat<S, D>. A function that takes every type of
-/// deformation_gradient_of<S>, and computes with the differences to the undeformed body, loses no small strain.
+/// firn passes F as a `DeformationGradient<S, D>`, which is a `Mat<S, D>`. A function that takes every type of
+/// `deformation_gradient_of<S>`, and computes with the differences to the undeformed body, loses no small strain.
 /// \see math/deformation.hpp
 ///
 /// Optional members:

@@ -176,6 +176,7 @@ FIRN_INLINE constexpr scalar_of_t<G> volume_change(const G& F) {
 /// @}
 
 /// Returns F + `change`. Of a DeformationGradient, a small change of the diagonal is kept.
+/// @{
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> increased(const Mat<S, D>& F, const Mat<S, D>& change) {
     return F + change;
@@ -184,6 +185,7 @@ template <class S, int D>
 FIRN_INLINE constexpr DeformationGradient<S, D> increased(const DeformationGradient<S, D>& F, const Mat<S, D>& change) {
     return DeformationGradient<S, D>::from_displacement(displacement_gradient(F) + change);
 }
+/// @}
 
 /// Returns `a` in the lanes where the mask is on, and `b` in the other lanes.
 /// @{

@@ -44,6 +44,7 @@ struct FieldInMetres {
     Vec<double, D> corner;  ///< the position that positions are measured from [m]
 
     /// Returns the acceleration [m/s²] at a position [m], measured from the corner.
+    /// @{
     template <class S>
         requires detail::takes<Field, Vec<S, D>>
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
@@ -54,13 +55,17 @@ struct FieldInMetres {
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
         return detail::call(field, x + cast<S>(corner), v, dt);
     }
+    /// @}
 };
 
+namespace detail {
 /// Whether an acceleration field gets positions in metres.
 template <class Field>
 inline constexpr bool is_field_in_metres = false;
 template <class Field, int D>
 inline constexpr bool is_field_in_metres<FieldInMetres<Field, D>> = true;
+}  // namespace detail
+
 /// Returns the square of the acceleration of a field that limits the time step [m²/s⁴]: that of matter at rest, or that
 /// at its velocity if this is smaller. So a drag or a brake, which is strong only until it has acted, limits nothing.
 /// \param field  as for acceleration_at
