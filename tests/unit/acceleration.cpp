@@ -10,6 +10,8 @@ using namespace firn;
 using test_support::holds;
 using test_support::message;
 
+namespace acceleration_tests {
+
 namespace {
 
 constexpr double h = 1.0 / 32;
@@ -311,3 +313,5 @@ TEST_CASE("a restart goes on with the step that the field of the last step allow
         if (p.name == "largest_acceleration") p.values = {-2};
     CHECK_THROWS_AS(restore(continued, damaged), io_error);
 }
+
+}  // namespace acceleration_tests

@@ -7,6 +7,8 @@
 using namespace firn;
 using test_support::holds;
 
+namespace fracture_tests {
+
 namespace {
 
 constexpr double h = 1.0 / 32;
@@ -177,3 +179,5 @@ TEST_CASE("the most stretched particles are the same in whatever order they are 
     for (std::size_t i = 0; i < forwards.all.size(); ++i) CHECK(forwards.all[i].id == backwards.all[i].id);
     CHECK(forwards.all[0].ratio == 2);
 }
+
+}  // namespace fracture_tests

@@ -92,6 +92,11 @@ struct HeldNode {
 
     /// Returns whether the i-th of these demands exists.
     FIRN_INLINE mask_t<S> has(int i) const { return S(i) < count; }
+    /// Returns whether the i-th of these demands is the one with the index k in the list.
+    FIRN_INLINE mask_t<S> is_held_by(std::size_t k, int i) const {
+        const auto exists = has(i), is_that = number.v[i] == S(int(k));
+        return exists & is_that;
+    }
 };
 
 template <scalar S, class Mask>
@@ -150,7 +155,8 @@ private:
         for (std::size_t k = 0; k < demands_.size(); ++k) {
             const Demand<S>& one = demands_[k];
             const S missed = one.bound - dot(one.normal, w);
-            const auto more = one.acts & ((by < missed) | ((by == missed) & (one.rank < rank) & held.has(0)));
+            const auto holds = held.has(0), as_much = (by == missed) & (one.rank < rank) & holds;
+            const auto by_more = by < missed, more = one.acts & (by_more | as_much);
             by = select(more, missed, by);
             rank = select(more, one.rank, rank);
             held.normal[0] = select(more, one.normal, held.normal[0]);
@@ -163,7 +169,14 @@ private:
 
     /// Returns whether the velocity w meets the i-th demand that holds a node, or whether there is none.
     FIRN_INLINE mask_t<S> meets(const V& w, const HeldNode<S>& node, int i) const {
-        return (!node.has(i)) | (node.bound.v[i] - tolerance_ <= dot(w, node.normal[std::size_t(i)]));
+        const auto is_missing = !node.has(i),
+                   is_met = node.bound.v[i] - tolerance_ <= dot(w, node.normal[std::size_t(i)]);
+        return is_missing | is_met;
+    }
+    /// Returns whether w meets both of two of them.
+    FIRN_INLINE mask_t<S> meets(const V& w, const HeldNode<S>& node, int i, int j) const {
+        const auto one = meets(w, node, i), other = meets(w, node, j);
+        return one & other;
     }
 
     /// Returns the velocity nearest to v that the demand of `held` and those that hold `node` allow, where the former
@@ -174,13 +187,13 @@ private:
         const S bound = held.bound.v[0];
         const auto square_of_change = [&](const V& w) FIRN_LAMBDA { return dot(w - v, w - v); };
         held.velocity = v - n * (dot(v, n) - bound);
-        S nearest =
-            select(meets(held.velocity, node, 0) & meets(held.velocity, node, 1) & meets(held.velocity, node, 2),
-                   square_of_change(held.velocity), S(1e30));
+        const auto meets_two = meets(held.velocity, node, 0, 1), meets_third = meets(held.velocity, node, 2);
+        const auto meets_all = meets_two & meets_third;
+        S nearest = select(meets_all, square_of_change(held.velocity), S(1e30));
         S first = S(-1), second = S(-1);  // which demands hold on
         const auto take = [&](const mask_t<S>& allowed, const V& w, int i, int j) FIRN_LAMBDA {
             const S square = square_of_change(w);
-            const auto better = allowed & (square < nearest) & (dot(w, w) <= largest_square_);
+            const auto is_slow = dot(w, w) <= largest_square_, better = allowed & (square < nearest) & is_slow;
             nearest = select(better, square, nearest);
             held.velocity = select(better, w, held.velocity);
             first = select(better, S(i), first);
@@ -190,21 +203,23 @@ private:
             const V& other = node.normal[std::size_t(i)];
             const V edge = cross(n, other);
             const S square = dot(edge, edge);
-            const auto apart = node.has(i) & (S(least) < square);
+            const auto exists = node.has(i), apart = exists & (S(least) < square);
             if (!any(apart)) continue;
             const V w = (cross(other, edge) * bound + cross(edge, n) * node.bound.v[i] + edge * dot(v, edge)) *
                         (S(1) / select(apart, square, S(1)));
-            take(apart & meets(w, node, (i + 1) % 3) & meets(w, node, (i + 2) % 3), w, i, -1);
+            const auto meets_others = meets(w, node, (i + 1) % 3, (i + 2) % 3);
+            take(apart & meets_others, w, i, -1);
         }
         for (int left_out = 0; D == 3 && left_out < 3; ++left_out) {
             const int i = left_out == 0 ? 1 : 0, j = left_out == 2 ? 1 : 2;
             const V &p = node.normal[std::size_t(i)], &q = node.normal[std::size_t(j)];
             const S determinant = dot(n, cross(p, q));
-            const auto apart = node.has(j) & (S(least) < determinant * determinant);
+            const auto exist = node.has(j), crossed = S(least) < determinant * determinant, apart = exist & crossed;
             if (!any(apart)) continue;
             const V w = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
                         (S(1) / select(apart, determinant, S(1)));
-            take(apart & meets(w, node, left_out), w, i, j);
+            const auto meets_other = meets(w, node, left_out);
+            take(apart & meets_other, w, i, j);
         }
         for (int place = 1; place < D; ++place)
             for (int i = 0; i < 3; ++i) {
@@ -282,7 +297,7 @@ public:
                                    node = project(rubbed(node));
                                    add_pushes(node);
                                    node.friction = limits(node);
-                                   return (S(0) < node.friction.v[0]) | (S(0) < node.friction.v[1]);
+                                   return S(0) < max(node.friction.v[0], node.friction.v[1]);
                                })
             .velocity;
     }
@@ -291,7 +306,7 @@ private:
     /// Adds `change` to the share of the i-th demand that holds the node.
     FIRN_INLINE void add(const HeldNode<S>& node, int i, const V& change) const {
         for (std::size_t k = 0; k < demands_.size(); ++k)
-            shares_[k] = select(node.has(i) & (node.number.v[i] == S(int(k))), shares_[k] + change, shares_[k]);
+            shares_[k] = select(node.is_held_by(k, i), shares_[k] + change, shares_[k]);
     }
     FIRN_INLINE void add_pushes(const HeldNode<S>& node) const {
         for (int i = 0; shares_ && i < 3; ++i) add(node, i, node.normal[std::size_t(i)] * node.push.v[i]);
@@ -302,8 +317,8 @@ private:
         V limit = V::zero();
         for (std::size_t k = 0; k < demands_.size(); ++k)
             for (int i = 0; i < 2; ++i)
-                limit.v[i] = select(node.has(i) & (node.number.v[i] == S(int(k))),
-                                    demands_[k].friction * max(node.push.v[i], S(0)), limit.v[i]);
+                limit.v[i] =
+                    select(node.is_held_by(k, i), demands_[k].friction * max(node.push.v[i], S(0)), limit.v[i]);
         return limit;
     }
 
@@ -380,7 +395,8 @@ void make_room(ShortList<Demand<S>, 8>& demands) {
         for (std::size_t j = 0; j < i; ++j) {
             Demand<S>&a = demands[i], &b = demands[j];
             if (a.surface == b.surface) continue;
-            const auto close = a.acts & b.acts & (S(0) < given[i] + given[j]) & (dot(a.normal, b.normal) < S(opposite));
+            const auto closing = S(0) < given[i] + given[j], opposed = dot(a.normal, b.normal) < S(opposite);
+            const auto close = a.acts & b.acts & closing & opposed;
             if (!any(close)) continue;
             const S shared = a.pulls == b.pulls ? min(max(S(0), -given[j]), given[i]) : a.pulls ? -given[j] : given[i];
             a.bound = select(close, min(a.bound, S(0) + shared), a.bound);

@@ -351,10 +351,12 @@ private:
             if (!any(found)) return;
             const Vec<S, D> other = normal_of(shape, there);
             const S to_plane = from - dot(other, way);
-            found = found & (dot(other, first) < S(corner)) & (dot(other, second) < S(corner)) & (to_plane <= thick);
+            const auto from_first = dot(other, first) < S(corner), from_second = dot(other, second) < S(corner);
+            found = found & from_first & from_second & (to_plane <= thick);
             if (!any(found)) return;
             tell(found, to_plane, other);
-            if constexpr (look + 1 < D - 1) {
+            if constexpr (D == 3) {
+                if (look > 0) return;
                 // On to where both faces end, along the edge between them.
                 const Vec<S, 3> edge = cross(first, other);
                 const S square = dot(edge, edge);

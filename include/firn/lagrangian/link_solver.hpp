@@ -246,9 +246,9 @@ private:
         }
         const T change = missing * length / divisor * link.part, multiplier = link.multiplier + change;
         // If both ends are pinned, the multiplier is not a number, and the correction is not straight.
-        const auto is_straight = (link.unit * max(T(S(0.5)) * length, T(S(1e-15))) < ahead) &
-                                 (pull(link, multiplier) <= link.rest * T(calm_));
-        return std::pair(Correction<T>{link.s * change, multiplier}, is_straight);
+        const auto is_ahead = link.unit * max(T(S(0.5)) * length, T(S(1e-15))) < ahead,
+                   is_calm = pull(link, multiplier) <= link.rest * T(calm_);
+        return std::pair(Correction<T>{link.s * change, multiplier}, is_ahead & is_calm);
     }
     /// Returns l₀ k/n [m].
     template <class T>

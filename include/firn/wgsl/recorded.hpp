@@ -146,10 +146,7 @@ struct recorded {
 
     /// Returns `excess` if the recorded number is 1 + excess, without an operation if that is known. \see
     /// deformation.hpp
-    friend recorded excess_of(recorded number, recorded excess) {
-        const recorded whole = recorded(1) + excess;
-        return whole.node == number.node ? excess : select(number == whole, excess, number - recorded(1));
-    }
+    friend recorded excess_of(recorded number, recorded excess);
 
 private:
     [[gnu::noinline]] static int constant(float value) { return Recording::current().constant(value); }
@@ -229,5 +226,12 @@ struct scalar_traits<wgsl::recorded> {
     static constexpr int lanes = 1;            ///< number of particles whose values a `recorded` contains
     static constexpr bool has_friends = true;  ///< its functions (sqrt, …) are friends, see firn::has_friends
 };
+
+namespace wgsl {
+inline recorded excess_of(recorded number, recorded excess) {
+    const recorded whole = recorded(1) + excess;
+    return whole.node == number.node ? excess : select(number == whole, excess, number - recorded(1));
+}
+}  // namespace wgsl
 
 }  // namespace firn::inline FIRN_BUILD

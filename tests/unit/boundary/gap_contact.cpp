@@ -164,7 +164,8 @@ TEST_CASE("By the gap, nodes in and behind a thin solid act by the face that mat
         const auto nearest = [&](const Vec<double, 2>& n) {
             return std::min(n[0] * (face - node), n[0] * 1.5 * h) - std::abs(n[1]) * 1.5 * h;
         };
-        return here.velocity_by_gap(NoOthers{}, {node, 0.0}, v, ActByGap<2, decltype(nearest)>{h, dt, nearest});
+        const ActByGap<2, decltype(nearest)> act{h, dt, nearest};
+        return velocity_by_gap(here, Vec<double, 2>{node, 0.0}, v, act, AnySurface{});
     };
     for (const double cells : {0.35, 0.1, -0.1, -0.35, -0.7, -1.05}) {
         CAPTURE(cells);
@@ -196,7 +197,8 @@ TEST_CASE("By the gap, the other face of a notch is not taken for the one that m
     const auto nearest = [&](const Vec<double, 2>& along) {
         return dot(along, n) > 0.9 ? 0.0 : dot(along, n) < -0.9 ? -1.4 * h : -0.5 * h;
     };
-    const auto after = solid.velocity_by_gap(NoOthers{}, x, {-1, 0}, ActByGap<2, decltype(nearest)>{h, dt, nearest});
+    const ActByGap<2, decltype(nearest)> act{h, dt, nearest};
+    const auto after = velocity_by_gap(solid, x, Vec<double, 2>{-1, 0}, act, AnySurface{});
     CHECK(after[0] == Approx(0).margin(1e-12));
     CHECK(after[1] == Approx(0).margin(1e-12));
 }

@@ -93,7 +93,7 @@ void check_at_rest(const M& model, double largest_change) {
                 Mat<S, D> small{};
                 for (S& number : small.m) number = S(eps * random.uniform(-1, 1));
                 disturbed = after_step<D>(model, disturbed, small);
-                noise += size_of(small);
+                noise += materials::size_of(small);
             }
             const std::vector<double> moved = gathered(disturbed);
             // A strain moves by the strains that are imposed; an energy by them times the stress, and by the rounding
