@@ -153,12 +153,12 @@ TEST_CASE("a boundary and a field of one's own get metres, and are refused where
             return a;
         };
     };
-    const NoBoundary nothing{};
-    const double turned = highest<float>({0, 0}, nothing, upwards(0.6));
+    const NoBoundary open{};
+    const double turned = highest<float>({0, 0}, open, upwards(0.6));
     CHECK(turned < 0.85);
-    CHECK(std::abs(highest<float>(near, nothing, upwards(near[1] + 0.6)) - turned) <= 1e-4);
+    CHECK(std::abs(highest<float>(near, open, upwards(near[1] + 0.6)) - turned) <= 1e-4);
     for (const std::string& text : {message<parameter_error>([&] { highest<float>(far, ceiling(far), none); }),
-                                    message<parameter_error>([&] { highest<float>(far, nothing, upwards(0)); })}) {
+                                    message<parameter_error>([&] { highest<float>(far, open, upwards(0)); })}) {
         CAPTURE(text);
         CHECK(holds(text, "of your own gets positions up to 20001 m"));
         CHECK(holds(text, "last digit there is 0.001953125 m"));

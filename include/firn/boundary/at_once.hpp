@@ -155,8 +155,8 @@ private:
         for (std::size_t k = 0; k < demands_.size(); ++k) {
             const Demand<S>& one = demands_[k];
             const S missed = one.bound - dot(one.normal, w);
-            const auto holds = held.has(0), as_much = (by == missed) & (one.rank < rank) & holds;
-            const auto by_more = by < missed, more = one.acts & (by_more | as_much);
+            const mask_t<S> by_more = by < missed, comes_before = one.rank < rank, holds = held.has(0);
+            const mask_t<S> as_much = (by == missed) & comes_before & holds, more = one.acts & (by_more | as_much);
             by = select(more, missed, by);
             rank = select(more, one.rank, rank);
             held.normal[0] = select(more, one.normal, held.normal[0]);
@@ -193,7 +193,7 @@ private:
         S first = S(-1), second = S(-1);  // which demands hold on
         const auto take = [&](const mask_t<S>& allowed, const V& w, int i, int j) FIRN_LAMBDA {
             const S square = square_of_change(w);
-            const auto is_slow = dot(w, w) <= largest_square_, better = allowed & (square < nearest) & is_slow;
+            const mask_t<S> is_slow = dot(w, w) <= largest_square_, better = allowed & (square < nearest) & is_slow;
             nearest = select(better, square, nearest);
             held.velocity = select(better, w, held.velocity);
             first = select(better, S(i), first);
@@ -203,7 +203,7 @@ private:
             const V& other = node.normal[std::size_t(i)];
             const V edge = cross(n, other);
             const S square = dot(edge, edge);
-            const auto exists = node.has(i), apart = exists & (S(least) < square);
+            const mask_t<S> exists = node.has(i), crossed = S(least) < square, apart = exists & crossed;
             if (!any(apart)) continue;
             const V w = (cross(other, edge) * bound + cross(edge, n) * node.bound.v[i] + edge * dot(v, edge)) *
                         (S(1) / select(apart, square, S(1)));
@@ -214,7 +214,8 @@ private:
             const int i = left_out == 0 ? 1 : 0, j = left_out == 2 ? 1 : 2;
             const V &p = node.normal[std::size_t(i)], &q = node.normal[std::size_t(j)];
             const S determinant = dot(n, cross(p, q));
-            const auto exist = node.has(j), crossed = S(least) < determinant * determinant, apart = exist & crossed;
+            const mask_t<S> exist = node.has(j), crossed = S(least) < determinant * determinant,
+                            apart = exist & crossed;
             if (!any(apart)) continue;
             const V w = (cross(p, q) * bound + cross(q, n) * node.bound.v[i] + cross(n, p) * node.bound.v[j]) *
                         (S(1) / select(apart, determinant, S(1)));

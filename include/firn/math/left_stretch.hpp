@@ -151,7 +151,7 @@ FIRN_INLINE Mat<S, 2> left_stretch_by_invariants(const Mat<S, 2>& E, const S& j,
     const S e1 = named("e1", trace(E));
     const S q = e1 + S(2) * j;
     const S s = named("s", q / (S(2) + sqrt(S(4) + q)));
-    const mask_t<S> is_small = e1 < S(1e7), ordinary = (S(-1) < e1) & (S(-0.75) < j) & is_small;
+    const mask_t<S> is_small = e1 < S(1e7), is_thick = S(-0.75) < j, ordinary = (S(-1) < e1) & is_thick & is_small;
     rare = !ordinary;  // includes lanes with NaN
     return (E + Mat<S, 2>::diagonal(j - s)) * (S(1) / (S(2) + s));
 }
