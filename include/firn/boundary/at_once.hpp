@@ -295,15 +295,21 @@ public:
         // Friction towards a solid that moves can push matter into another one.
         return repeat_while<4>(free_node(v),
                                [&](HeldNode<S>& node) FIRN_LAMBDA {
-                                   node = project(rubbed(node));
-                                   add_pushes(node);
-                                   node.friction = limits(node);
-                                   return S(0) < max(node.friction.v[0], node.friction.v[1]);
+                                   const mask_t<S> is_free = !node.has(0), rubs_on = S(0) < largest_of(node.friction);
+                                   HeldNode<S> next = project(rubbed(node));
+                                   next.count =
+                                       select(is_free | rubs_on, next.count, S(0));  // other lanes have their velocity
+                                   add_pushes(next);
+                                   next.friction = limits(next);
+                                   node = choose(is_free | rubs_on, next, node);
+                                   return S(0) < largest_of(node.friction);
                                })
             .velocity;
     }
 
 private:
+    FIRN_INLINE static S largest_of(const V& friction) { return max(friction.v[0], friction.v[1]); }
+
     /// Adds `change` to the share of the i-th demand that holds the node.
     FIRN_INLINE void add(const HeldNode<S>& node, int i, const V& change) const {
         for (std::size_t k = 0; k < demands_.size(); ++k)

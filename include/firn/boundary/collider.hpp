@@ -223,6 +223,8 @@ struct Collider {
             nearest = min(distance, told);
             if constexpr (caps) {  // what is capped has no normal
                 const auto exact = told < S(known);
+                if constexpr (looks_at_matter<Seen>)
+                    if (!exact && distance < told) return;  // the gap is not known, but wide
                 local = select(exact, beside, local);
                 distance = select(exact, told, distance);
             } else {

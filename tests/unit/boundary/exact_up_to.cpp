@@ -115,7 +115,7 @@ TEST_CASE("what is known is enough: nodes are free or held as if nothing were ca
     const auto after = [&](double cap) {
         const Together both(Collider<Capped<double, 2>>{.shape = {.cap = cap}, .thickness_in_cells = 0}, box);
         const auto nearest = [](const Vec<double, 2>&) { return -2.2 * h; };
-        Vec<double, 2> by_ball{};
+        Vec<double, 2> by_ball{-1, -1};  // a surface that does not act is not told
         velocity_by_gap<std::decay_t<decltype(both)>, 2>(both.on_grid(h), {2.9 * h, 0.0}, {-1, -1},
                                                          ActByGap<2, decltype(nearest)>{h, 1e-3, nearest},
                                                          [&](int part, const auto&, const auto& now) {
