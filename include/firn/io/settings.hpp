@@ -96,7 +96,8 @@ Settings settings_of(const std::vector<Source<D>>& sources, const std::vector<Si
     return all;
 }
 
-/// Returns the first item in which two lists of items differ, from each of them.
+/// Returns the first item in which two lists of items differ, from each of them; an empty item if one list has none in
+/// its place, but goes on as the other.
 inline std::pair<std::string, std::string> first_difference(std::string_view one, std::string_view other) {
     const auto next = [](std::string_view& list) {
         const std::size_t end = std::min(list.find("; "), list.size());
@@ -109,6 +110,11 @@ inline std::pair<std::string, std::string> first_difference(std::string_view one
         a = next(one);
         b = next(other);
     } while (a == b && !(one.empty() && other.empty()));
+    const auto is_in = [](std::string_view item, std::string_view list) {
+        return item.empty() || sentence("; ", list, "; ").find(sentence("; ", item, "; ")) != std::string::npos;
+    };
+    if (is_in(a, other)) return {"", std::string(b)};
+    if (is_in(b, one)) return {std::string(a), ""};
     return {std::string(a), std::string(b)};
 }
 
@@ -119,7 +125,8 @@ void check_settings(const State<S>& state, const StateAttribute& ours, const cha
     for (const StateAttribute& theirs : state.attributes) {
         if (theirs.name != ours.name || theirs.value == ours.value) continue;
         const auto [there, here] = first_difference(theirs.value, ours.value);
-        throw io_error(sentence("The state says '", there, "' where this run says '", here, "'. ", advice));
+        const auto said = [](const std::string& item) { return item.empty() ? "nothing" : "'" + item + "'"; };
+        throw io_error(sentence("The state says ", said(there), " where this run says ", said(here), ". ", advice));
     }
 }
 

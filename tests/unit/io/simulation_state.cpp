@@ -161,7 +161,7 @@ TEST_CASE("A state of another run is refused with what differs, and the simulati
     Simulation<2, FixedCorotated<double>, Pic> pic(run.domain());
     CHECK(holds(refusal(pic, state), "this run has 'pic'"));
     auto other_cells = Run<2, double, Coloured>({run.domain().lower, run.domain().upper, 1.0 / 20});
-    CHECK(holds(refusal(other_cells, state), "other cells"));
+    CHECK(holds(refusal(other_cells, state), "cell_size = 0.0625, that of this run has 0.05"));
     Run<2, double, Coloured> stiffer(run.domain(), FixedCorotated<double>::from_young_poisson(2e5, 0.3));
     CHECK(holds(refusal(stiffer, state), "mu = "));
     auto integers = make_run<2, double, FixedPoint<std::int64_t>>(1);
