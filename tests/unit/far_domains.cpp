@@ -54,7 +54,7 @@ Seen run(const Vec<double, 3>& corner, const Solid& solid) {
     simulation.reactions.emplace();
     simulation.fixed_time_step = 1.0 / 1024;
     const Attraction<S, 3> field{{S(0), S(-9.81), S(0)}, corner + Vec<double, 3>::filled(4), {}, S(16), S(80)};
-    for (int i = 0; i < 100; ++i) simulation.step(Damped<S, 3, Attraction>{field, S(0.5)});
+    for (int i = 0; i < 40; ++i) simulation.step(Damped<S, 3, Attraction>{field, S(0.5)});
     scenes::Hash bits;
     for (std::size_t slot = 0; slot < simulation.particles().slots(); ++slot)
         if (simulation.particles().is_particle(slot)) {

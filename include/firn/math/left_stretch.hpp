@@ -165,11 +165,12 @@ FIRN_INLINE Mat<S, 3> left_stretch_by_invariants(const Mat<S, 3>& E, const S& j,
     const S s = trace_of_stretch<I>(e1, e2, j);
     const S half = S(0.5) * (s * s - e1);
     const S lambda = named("lambda", I == 0 ? s : S(3) + s);
-    const S II = named("II", I == 0 ? half : S(3) + (S(3) * s + half));
+    const S increase = S(3) * s + half;  // of II
+    const S II = named("II", I == 0 ? half : S(3) + increase);
     const S denominator = named("denominator", lambda * II - (I == 0 ? j : S(1) + j));
     const S inverse = S(1) / denominator;
     const S of_identity = I == 0 ? lambda * j : S(4) * j + S(2) * e1 - S(8) * s + (j - half - S(4) * s) * s;
-    const S of_E = lambda * lambda - (I == 0 ? II : II + S(2));
+    const S of_E = lambda * lambda - (I == 0 ? II : S(5) + increase);
     const Mat<S, 3> V = symmetric<S, 3>([&](auto i, auto k) FIRN_LAMBDA {
         const S EE = E(i, 0) * E(0, k) + E(i, 1) * E(1, k) + E(i, 2) * E(2, k);
         const S sum = of_E * E(i, k) - EE;

@@ -74,7 +74,7 @@ void check_at_rest(const M& model, double largest_change) {
     const double eps = double(std::numeric_limits<S>::epsilon());
     const auto rest = Mat<S, D>::zero();
     for (const Loading loading : loadings)
-        for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        for (std::uint64_t seed = 0; seed < (loading == Loading::turning ? 20 : 9); seed += 4) {
             CAPTURE(M::name, D, sizeof(S), int(loading), seed);
             Random random(seed);
             State<M, D> state = initial_state<D>(model);
@@ -85,11 +85,11 @@ void check_at_rest(const M& model, double largest_change) {
             State<M, D> resting = state, disturbed = state;
             for (int i = 0; i < 1000; ++i) resting = after_step<D>(model, resting, rest);
             const std::vector<double> settled = gathered(resting);
-            for (int i = 0; i < 1000; ++i) resting = after_step<D>(model, resting, rest);
+            for (int i = 0; i < 300; ++i) resting = after_step<D>(model, resting, rest);
             CHECK(gathered(resting) == settled);  // to the bit: nothing that rounding adds goes on for ever
 
             double noise = 0;  // the sum of ‖∇v‖ dt: no strain is longer
-            for (int i = 0; i < 1000; ++i) {
+            for (int i = 0; i < 300; ++i) {
                 Mat<S, D> small{};
                 for (S& number : small.m) number = S(eps * random.uniform(-1, 1));
                 disturbed = after_step<D>(model, disturbed, small);
