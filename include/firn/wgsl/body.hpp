@@ -175,8 +175,11 @@ private:
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
         const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
+        const auto kept = [&](int operand, int other) {
+            return joins_constants(n.op, operand, other) ? settled(expression(operand)) : expression(operand);
+        };
         const auto two = [&](const char* sign, int level) {  // b needs brackets in a − (b − c)
-            return Expression{within(expression(n.a), level) + sign + within(expression(n.b), level + 1), level};
+            return Expression{within(kept(n.a, n.b), level) + sign + within(kept(n.b, n.a), level + 1), level};
         };
         const auto relation = [&](const char* sign) {
             return Expression{within(expression(n.a), 1) + sign + within(expression(n.b), 1), 0};
@@ -225,7 +228,7 @@ private:
             case Op::round_down:
                 return call("floor");
             case Op::settled:
-                return {"max(" + expression(n.a).text + ", " + literal(-3e38F) + ")", 3};
+                return settled(expression(n.a));
             case Op::round_to_even:
                 return call("round");
             case Op::power_of_two:
@@ -252,6 +255,17 @@ private:
         const Node &a = node(i), &b = node(k);
         return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
     }
+
+    /// Returns whether an operation has a constant operand, `other`, and its operand i is the result of such an
+    /// operation, too. Some GPU compilers turn (a + 3) + 2 into a + 5, which rounds differently from the CPU.
+    bool joins_constants(Op op, int i, int other) const {
+        const auto is_sum = [](Op of) { return of == Op::add || of == Op::subtract; };
+        const Node& inner = node(i);
+        return node(other).op == Op::constant && (is_sum(op) ? is_sum(inner.op) : op == inner.op) &&
+               (node(inner.a).op == Op::constant || node(inner.b).op == Op::constant);
+    }
+    /// Returns the expression in a form that GPU compilers do not look through. \see recorded::settled
+    static Expression settled(const Expression& e) { return {"max(" + e.text + ", " + literal(-3e38F) + ")", 3}; }
 
     static std::string variable(int loop, int value) {
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
