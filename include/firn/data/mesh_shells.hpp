@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <memory>
-#include <numeric>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -30,21 +30,14 @@ inline double cubed_size(const Bounds<3>& box) {
     return longest * longest * longest;
 }
 
-/// Returns a part of a mesh, with only the vertices that it uses.
-inline TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::int32_t>& triangles) {
-    std::vector<std::int32_t> used;
-    used.reserve(3 * triangles.size());
-    for (const auto t : triangles)
-        for (const auto index : mesh.triangles[std::size_t(t)]) used.push_back(index);
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
+/// Returns a part of a mesh. Its triangles share no vertices.
+[[gnu::cold]] inline TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::int32_t>& triangles) {
     TriangleMesh part;
-    for (const auto index : used) part.vertices.push_back(mesh.vertices[std::size_t(index)]);
     for (const auto t : triangles) {
-        auto corners = mesh.triangles[std::size_t(t)];
-        for (auto& index : corners)
-            index = std::int32_t(std::lower_bound(used.begin(), used.end(), index) - used.begin());
-        part.triangles.push_back(corners);
+        const auto first = std::int32_t(part.vertices.size());
+        for (const auto index : mesh.triangles[std::size_t(t)])
+            part.vertices.push_back(mesh.vertices[std::size_t(index)]);
+        part.triangles.push_back({first, first + 1, first + 2});
     }
     return part;
 }
@@ -54,7 +47,7 @@ inline TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::int
 inline std::vector<Shell> shells_of(const TriangleMesh& mesh) {
     const auto edges = closed_edges(mesh);
     std::vector<std::int32_t> parent(mesh.triangles.size());  // of a tree for each shell; its root has the least index
-    std::iota(parent.begin(), parent.end(), 0);
+    for (std::size_t t = 0; t < parent.size(); ++t) parent[t] = std::int32_t(t);
     const auto root_of = [&](std::int32_t t) {
         while (parent[std::size_t(t)] != t) t = parent[std::size_t(t)] = parent[std::size_t(parent[std::size_t(t)])];
         return t;
@@ -102,7 +95,7 @@ struct PointsBehind {
     double area = 0;  // of all triangles, estimated [m²]
 
     /// \param depth  distance from the triangles [m]; below 0: in front of them
-    PointsBehind(const TriangleMesh& mesh, const std::vector<std::int32_t>& triangles, double depth) {
+    [[gnu::cold]] PointsBehind(const TriangleMesh& mesh, const std::vector<std::int32_t>& triangles, double depth) {
         constexpr std::size_t most = 256;
         const std::size_t stride = (triangles.size() + most - 1) / most;
         const std::size_t of_each = std::max<std::size_t>(most / std::max<std::size_t>(triangles.size(), 1), 1);
@@ -147,7 +140,7 @@ struct OrientedMesh {
 /// Decides for each shell whether to turn it, from the largest to the smallest.
 class ShellTurner {
 public:
-    ShellTurner(const TriangleMesh& mesh, const std::vector<Shell>& shells)
+    [[gnu::cold]] ShellTurner(const TriangleMesh& mesh, const std::vector<Shell>& shells)
         : mesh_(mesh), shells_(shells), turns_(shells.size(), false), winding_(shells.size()) {
         std::vector<std::size_t> order;
         for (std::size_t s = 0; s < shells.size(); ++s)
@@ -157,8 +150,9 @@ public:
             const double volume = shells[s].volume;
             return volume > 0 ? volume * (1 + 1e-9) : -volume;
         };
-        std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return size(a) > size(b); });
-        for (auto at = order.begin(); at != order.end(); ++at) decide(*at, order.begin(), at);
+        std::sort(order.begin(), order.end(),
+                  [&](auto a, auto b) { return size(a) != size(b) ? size(a) > size(b) : a < b; });
+        for (std::size_t at = 0; at < order.size(); ++at) decide(order[at], std::span(order).first(at));
     }
 
     bool turns(std::size_t shell) const { return turns_[shell]; }
@@ -167,12 +161,12 @@ public:
 private:
     static constexpr double no_share = 0.01, whole_share = 0.9;
 
-    template <class At>
-    void decide(std::size_t shell, At begin, At end) {
+    /// \param larger  the shells that have been decided
+    [[gnu::cold]] void decide(std::size_t shell, std::span<const std::size_t> larger) {
         const Shell& self = shells_[shell];
         std::vector<std::size_t> near;  // larger shells whose bounding boxes overlap with this one's
-        for (; begin != end; ++begin)
-            if (overlap(shells_[*begin].bounds, self.bounds)) near.push_back(*begin);
+        for (const auto s : larger)
+            if (overlap(shells_[s].bounds, self.bounds)) near.push_back(s);
         if (!is_hole(shell) && std::none_of(near.begin(), near.end(), [&](auto s) { return turns_[s]; })) return;
         const auto largest = [](const Bounds<3>& box) {
             double most = 0;
@@ -212,15 +206,14 @@ private:
         return true;
     }
     const WindingNumber& winding(std::size_t shell) {
-        if (!winding_[shell])
-            winding_[shell] = std::make_unique<WindingNumber>(part_of(mesh_, shells_[shell].triangles));
+        if (!winding_[shell]) winding_[shell].emplace(part_of(mesh_, shells_[shell].triangles));
         return *winding_[shell];
     }
 
     const TriangleMesh& mesh_;
     const std::vector<Shell>& shells_;
     std::vector<bool> turns_;
-    std::vector<std::unique_ptr<WindingNumber>> winding_;
+    std::vector<std::optional<WindingNumber>> winding_;
 };
 
 /// Returns the mesh with its shells turned as facing_outwards() does.
@@ -265,7 +258,7 @@ inline OrientedMesh oriented(const TriangleMesh& mesh) {
 /// Some area is allowed to be: a surface that folds over itself in places has pockets that are inside out.
 /// \param winding  of the whole mesh
 /// \throws mesh_error  if more is
-inline void check_facing(const OrientedMesh& oriented, const WindingNumber& winding) {
+[[gnu::cold]] inline void check_facing(const OrientedMesh& oriented, const WindingNumber& winding) {
     const double depth = 16 * winding.resolution();
     const PointsBehind inside(oriented.mesh, oriented.facing_outwards, depth);
     if (oriented.volume < 10 * depth * inside.area) return;  // so thin that nothing is known of its inside

@@ -35,7 +35,7 @@ inline std::string read_text(const std::filesystem::path& path) {
         throw io_error(sentence(path, " is a device; give an OBJ file."));
     std::error_code no_size;  // is set if `path` is a pipe, because a pipe has no size
     const auto size = std::filesystem::file_size(path, no_size);
-    if (!no_size)
+    if (!no_size)  // a usual mesh takes 2.5 times the size of its file
         require_memory(4 * double(size), sentence("Reading ", path, " of ", size, " bytes"), "Give a smaller mesh.");
     std::ifstream file(path, std::ios::binary);
     std::string text;

@@ -1,3 +1,5 @@
+// part: arithmetic
+// sanitized: -O1
 /// \file firn/data/mesh_shells.hpp: shells that face inwards are holes, or are turned, or are named; whatever needs the
 /// inside of a mesh has the same volume.
 #include "support/catch.hpp"

@@ -1,3 +1,5 @@
+// part: arithmetic
+// sanitized: -O1
 /// \file firn/data/polygon.hpp: polygons are cut within themselves, and refused if and only if their edges meet.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
