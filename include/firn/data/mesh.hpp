@@ -100,7 +100,8 @@ inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
 }
 
 /// Returns the enclosed volume [m³], computed by the divergence theorem. The volume is positive if the vertices of the
-/// triangles are counter-clockwise seen from outside. A region that the surface encloses twice counts twice.
+/// triangles are counter-clockwise seen from outside. A region that the surface encloses twice counts twice, and one
+/// within a shell that faces inwards is taken off: facing_outwards() turns those that bound no hole.
 /// \throws mesh_error  if the mesh does not pass check_mesh()
 inline double signed_volume(const TriangleMesh& mesh) {
     check_mesh(mesh);

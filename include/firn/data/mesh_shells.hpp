@@ -178,10 +178,14 @@ private:
         for (const auto s : near) depth = std::max(depth, 16 * winding(s).resolution());
         const PointsBehind inside(mesh_, self.triangles, self.volume > 0 ? depth : -depth);
 
-        // What lies in a shell that is turned is turned with it.
-        for (const auto s : near)
-            if (inside.share([&](const auto& x) { return winding(s)(x) != 0; }) > whole_share)
+        // What lies in a shell that is turned is turned with it. So is what crosses one and faces inwards as it did.
+        for (const auto s : near) {
+            const double share = inside.share([&](const auto& x) { return winding(s)(x) != 0; });
+            if (share > whole_share)
                 turns_[shell] = turns_[s];
+            else if (share > no_share && turns_[s] && self.volume < 0)
+                turns_[shell] = true;
+        }
         if (!is_hole(shell)) return;
         const auto covered = [&](const auto& x, bool of_holes) {
             int times = 0;

@@ -89,6 +89,10 @@ TEST_CASE("Bodies that overlap stay as they are; a shell that faces inwards and 
     const auto across = box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75});
     const auto overlapping = joined(unit_cube(), across);
     CHECK(facing_outwards(overlapping).triangles == overlapping.triangles);
+    CHECK(signed_volume(facing_outwards(reversed(overlapping))) == Approx(1.25));
+    const auto apart = translated(overlapping, {5, 0, 0});
+    CHECK(signed_volume(facing_outwards(joined(overlapping, reversed(apart)))) == Approx(2.5));
+    CHECK(signed_volume(facing_outwards(joined(reversed(overlapping), apart))) == Approx(2.5));
     const auto crossing = joined(unit_cube(), reversed(across));
     const auto words = message<mesh_error>([&] { InsideTest{crossing}; });
     CHECK(holds(words, "A shell of 12 triangles, from (0.5, 0.25, 0.25) to (1.5, 0.75, 0.75) m (triangle 12 from 0"));
