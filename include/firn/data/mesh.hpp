@@ -100,7 +100,8 @@ inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
 }
 
 /// Returns the enclosed volume [m³], computed by the divergence theorem. The volume is positive if the vertices of the
-/// triangles are counter-clockwise seen from outside. A region that the surface encloses twice counts twice.
+/// triangles are counter-clockwise seen from outside. A region that the surface encloses twice counts twice, and one
+/// within a shell that faces inwards is taken off: facing_outwards() turns those that bound no hole.
 /// \throws mesh_error  if the mesh does not pass check_mesh()
 inline double signed_volume(const TriangleMesh& mesh) {
     check_mesh(mesh);
@@ -117,49 +118,69 @@ inline double signed_volume(const TriangleMesh& mesh) {
     return six_volumes / 6;
 }
 
-/// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which
-/// traverse the edge in opposite directions. The surface may intersect itself. \see InsideTest
-/// \throws mesh_error  if the surface is not closed or not consistently oriented, or if it does not pass check_mesh()
-inline void check_closed(const TriangleMesh& mesh) {
+namespace detail {
+
+/// An edge of a triangle.
+struct MeshEdge {
+    std::int32_t low, high;  ///< indices of its vertices
+    std::int32_t triangle;   ///< index of the triangle
+    bool forward;            ///< true if the triangle traverses the edge from low to high
+};
+
+/// Returns the edges of all triangles, sorted by their vertices. In a mesh that passes check_closed(), each edge is
+/// there twice, once in each direction.
+/// \throws mesh_error  as check_closed()
+inline std::vector<MeshEdge> closed_edges(const TriangleMesh& mesh) {
     check_mesh(mesh);
-    struct Edge {
-        std::int32_t low, high;
-        bool forward;  // true if the triangle traverses the edge from low to high
-    };
-    std::vector<Edge> edges;
+    std::vector<MeshEdge> edges;
     edges.reserve(3 * mesh.triangles.size());
-    for (const auto& corners : mesh.triangles) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (std::size_t k = 0; k < 3; ++k) {
-            const auto from = corners[k];
-            const auto to = corners[(k + 1) % 3];
-            edges.push_back({std::min(from, to), std::max(from, to), from < to});
+            const auto from = mesh.triangles[t][k];
+            const auto to = mesh.triangles[t][(k + 1) % 3];
+            edges.push_back({std::min(from, to), std::max(from, to), std::int32_t(t), from < to});
         }
     }
     std::sort(edges.begin(), edges.end(),
-              [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+              [](const MeshEdge& a, const MeshEdge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
 
-    std::size_t open = 0, turned = 0, crowded = 0, total = 0;
-    const Edge* first_bad = nullptr;
+    std::size_t open = 0, turned = 0, crowded = 0, touching = 0, total = 0;
+    const MeshEdge* first_bad = nullptr;
     for (auto begin = edges.begin(); begin != edges.end(); ++total) {
         const auto end = std::find_if(begin, edges.end(),
-                                      [&](const Edge& e) { return e.low != begin->low || e.high != begin->high; });
+                                      [&](const MeshEdge& e) { return e.low != begin->low || e.high != begin->high; });
         const auto count = end - begin;
-        const auto forward = std::count_if(begin, end, [](const Edge& e) { return e.forward; });
+        const auto forward = std::count_if(begin, end, [](const MeshEdge& e) { return e.forward; });
         if (count != 2 || forward != 1) {
             ++(count == 1 ? open : count == 2 ? turned : crowded);
+            touching += count > 2 && 2 * forward == count;
             if (!first_bad) first_bad = &*begin;
         }
         begin = end;
     }
-    if (!first_bad) return;
-    throw mesh_error(sentence(
-        "The mesh is not a closed, consistently oriented surface: of its ", total, " edges ", open,
-        " belong to one triangle only (a hole), ", turned, " to two triangles of opposite orientation, ", crowded,
-        " to more than two. The first is the edge from vertex ", first_bad->low, " ",
-        detail::describe(mesh.vertices[std::size_t(first_bad->low)]), " to vertex ", first_bad->high, " ",
-        detail::describe(mesh.vertices[std::size_t(first_bad->high)]),
-        " (counted from 0). Fill the holes, merge vertices that lie on one point, and let all faces look outwards."));
+    if (!first_bad) return edges;
+    std::string advice;
+    if (open > 0) advice += " Fill the holes, and merge vertices that lie on one point.";
+    if (turned > 0) advice += " Let all faces look outwards.";
+    if (touching > 0)
+        advice +=
+            " Where parts of the surface touch along an edge, do not merge their vertices: give each part its own.";
+    if (crowded > touching) advice += " Remove faces that are there twice, and walls inside.";
+    throw mesh_error(
+        sentence("The mesh is not a closed, consistently oriented surface: of its ", total, " edges ", open,
+                 " belong to one triangle only (a hole), ", turned, " to two triangles of opposite orientation, ",
+                 crowded, " to more than two. The first is the edge from vertex ", first_bad->low, " ",
+                 detail::describe(mesh.vertices[std::size_t(first_bad->low)]), " to vertex ", first_bad->high, " ",
+                 detail::describe(mesh.vertices[std::size_t(first_bad->high)]), " (counted from 0).", advice));
 }
+
+}  // namespace detail
+
+/// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which
+/// traverse the edge in opposite directions. The surface may intersect itself, and may consist of several shells, each
+/// of which faces outwards or inwards. \see InsideTest, facing_outwards()
+/// \throws mesh_error  if the surface is not closed or not consistently oriented, or if it does not pass check_mesh()
+inline void check_closed(const TriangleMesh& mesh) { detail::closed_edges(mesh); }
 
 /// Returns the mesh turned inside out: every triangle faces the opposite side.
 inline TriangleMesh reversed(TriangleMesh mesh) {

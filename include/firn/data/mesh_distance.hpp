@@ -27,7 +27,7 @@ struct MeshDistanceOptions {
 /// The thinnest part of the mesh should be two spacings thick. In a part thinner than one spacing, there may be no
 /// node: its surface then lies up to half a spacing deeper, or is missing.
 /// \tparam Number  float or double
-/// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
+/// \throws mesh_error       if the constructor of InsideTest does not accept the mesh, as one that is not closed
 /// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one
 ///                          spacing, or if the grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory

@@ -189,7 +189,7 @@ inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& o
     const InsideTest inside(mesh);
     const auto winding = [&](const Vec<double, 3>& x) { return inside.winding_number(x); };
     const auto& box = inside.bounds();
-    const double volume = std::abs(signed_volume(mesh));
+    const double volume = inside.volume();
     detail::check_particles<3>(volume, options);
     const auto counts = detail::lattice_counts<3>(box.upper - box.lower, options);
     return detail::fill<3>(detail::Shape<3, decltype(winding)>{"mesh", box, box.lower, {}, counts, volume, winding},

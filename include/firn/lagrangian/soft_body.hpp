@@ -1,7 +1,7 @@
 /// \file Builds soft bodies: a lattice of cells that fills a shape, or a closed surface with support links inside it.
 #pragma once
 
-#include <firn/data/mesh.hpp>
+#include <firn/data/mesh_shells.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/surface.hpp>
@@ -309,19 +309,14 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 /// proportional to the number of vertices times the number of triangles: less than a second for 1800 vertices and 3700
 /// triangles.
 ///
-/// If the normals of the mesh point inwards, the triangles are reversed.
-/// \throws mesh_error  if check_closed() or cloth() throws it, or if the mesh encloses no volume
+/// Shells that face inwards although they bound no hole are reversed: see facing_outwards().
+/// \throws mesh_error  if facing_outwards() or cloth() throws it
 inline SoftBody<3> mesh_body(const TriangleMesh& given) {
-    check_closed(given);
-    double volume = signed_volume(given);
-    const TriangleMesh mesh = volume < 0 ? reversed(given) : given;
-    volume = std::abs(volume);
+    const auto [mesh, volume, outwards] = detail::oriented(given);
     SoftBody<3> body{cloth(mesh), {}};
     Net<3>& net = body.net;
     const auto box = bounding_box(mesh);
     const double size = norm(box.upper - box.lower);
-    if (!(volume > 1e-15 * size * size * size))
-        throw mesh_error(sentence("The mesh is closed but encloses no volume (", volume, " m³). Give it thickness."));
 
     const double slant = 35 * std::numbers::pi / 180;
     const auto normals = detail::vertex_normals(mesh);

@@ -47,7 +47,33 @@ TEST_CASE("A closed mesh passes; a hole, a turned face and a doubled face are to
 
     auto doubled = unit_cube();
     doubled.triangles.push_back(doubled.triangles[0]);
-    CHECK(holds(message<mesh_error>([&] { check_closed(doubled); }), "opposite orientation, 3 to more than two"));
+    const auto twice = message<mesh_error>([&] { check_closed(doubled); });
+    CHECK(holds(twice, "opposite orientation, 3 to more than two"));
+    CHECK(holds(twice, "Remove faces that are there twice"));
+    CHECK(!holds(twice, "own"));
+}
+
+TEST_CASE("Bodies that share an edge: the advice is to separate their vertices, and it helps") {
+    // Two cubes that touch along the edge x = y = 1, with that edge's vertices in common.
+    auto mesh = joined(unit_cube(), box({1, 1, 0}, {2, 2, 1}));
+    const auto separate = mesh;
+    for (auto& corners : mesh.triangles)
+        for (auto& index : corners)
+            if (index == 8 || index == 12) index -= 5;  // (1, 1, 0) and (1, 1, 1), of the first cube 3 and 7
+    const auto words = message<mesh_error>([&] { check_closed(mesh); });
+    CHECK(
+        holds(words, "0 belong to one triangle only (a hole), 0 to two triangles of opposite orientation, 1 to more"));
+    CHECK(holds(words, "from vertex 3 (1, 1, 0) to vertex 7 (1, 1, 1)"));
+    CHECK(holds(words, "do not merge their vertices: give each part its own"));
+    CHECK(!holds(words, "merge vertices that"));
+    CHECK(!holds(words, "Fill"));
+    CHECK_NOTHROW(check_closed(separate));
+
+    auto holed = unit_cube();
+    holed.triangles.pop_back();
+    const auto hole = message<mesh_error>([&] { check_closed(holed); });
+    CHECK(holds(hole, "Fill the holes, and merge vertices that lie on one point."));
+    CHECK(!holds(hole, "own"));
 }
 
 TEST_CASE("Meshes that are no surface are refused: empty, not finite, a wrong index, a vertex twice") {
