@@ -36,7 +36,9 @@ try 'firn does not compile with MSVC, which has no vector types' core/requiremen
 for header in firn simulation lagrangian core/eigen wgsl/program; do
     try 'firn needs C++20: compile with -std=c++20' "$header" -std=c++17
     try 'firn needs g++ 12, clang 16 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
+    try 'firn does not compile with -fno-exceptions: its errors are exceptions' "$header" -std=c++20 -fno-exceptions
 done
+try '' core/requirements -std=c++20 -fno-rtti
 
 # Options with which sums, sines and powers are wrong, or checks for NaN are left out.
 try 'firn does not work with -ffast-math' firn -std=c++20 -ffast-math

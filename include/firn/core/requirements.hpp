@@ -1,5 +1,5 @@
-/// \file The compilers and the arithmetic that firn needs. Other compilers, and options that change the arithmetic,
-/// stop here with a clear message.
+/// \file The compilers, the exceptions and the arithmetic that firn needs. Other compilers, and options that change
+/// these, stop here with a clear message.
 ///
 /// An error directive alone does not stop a compiler. Including a header that does not exist stops it, and the header's
 /// name tells the reason.
@@ -21,6 +21,12 @@
 #error "firn needs g++ 12, clang 16 or AppleClang 17, or later: it uses their vector types for SIMD lanes."
 #include <firn needs a later compiler>
 #endif
+#endif
+
+#if !defined(__EXCEPTIONS) && !defined(__cpp_exceptions)
+#error \
+    "firn does not compile with -fno-exceptions: its errors are exceptions (firn/core/error.hpp). Compile the files that include firn without it; clang's -fignore-exceptions is allowed: there an error ends the program."
+#include <firn does not compile with -fno-exceptions>
 #endif
 
 // firn rounds numbers by adding and subtracting a large one, and adds up rounding errors: with -ffast-math the compiler
