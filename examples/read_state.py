@@ -16,6 +16,12 @@ def print_state(state):
     for group, parameters in state["firn/parameters"].items():
         for name, parameter in parameters.items():
             print(f"{group} {name} = {parameter[()]} {parameter.attrs['unit'].decode()}")
+    if "parameter_list" in state["firn"]:  # more than 512 parameters, as of many colliders
+        texts, counts, values = (state["firn/parameter_list"][name][()] for name in ("texts", "counts", "values"))
+        words, first = texts.tobytes().decode().split("\0"), 0
+        for group, name, unit, count in zip(words[0::3], words[1::3], words[2::3], counts):
+            print(f"{group} {name} = {values[first:first + count]} {unit}")
+            first += count
 
 
 if len(sys.argv) != 2:

@@ -5,7 +5,7 @@
 #include <firn/core/digest.hpp>
 #include <firn/core/names.hpp>
 #include <firn/core/parameters.hpp>
-#include <firn/io/state.hpp>
+#include <firn/io/state_parts.hpp>
 #include <firn/simulation/source.hpp>
 
 #include <algorithm>
@@ -99,17 +99,7 @@ Settings settings_of(const std::vector<Source<D>>& sources, const std::vector<Si
 /// Returns the first item in which two lists of items differ, from each of them; an empty item if one list has none in
 /// its place, but goes on as the other.
 inline std::pair<std::string, std::string> first_difference(std::string_view one, std::string_view other) {
-    const auto next = [](std::string_view& list) {
-        const std::size_t end = std::min(list.find("; "), list.size());
-        const std::string_view item = list.substr(0, end);
-        list.remove_prefix(std::min(end + 2, list.size()));
-        return item;
-    };
-    std::string_view a, b;
-    do {
-        a = next(one);
-        b = next(other);
-    } while (a == b && !(one.empty() && other.empty()));
+    const auto [a, b] = first_unequal_items(one, other);
     const auto is_in = [](std::string_view item, std::string_view list) {
         return item.empty() || sentence("; ", list, "; ").find(sentence("; ", item, "; ")) != std::string::npos;
     };

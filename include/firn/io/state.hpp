@@ -7,6 +7,7 @@
 
 #include <firn/core/error.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -67,14 +68,15 @@ template <state_scalar S>
 struct State {
     using Scalar = S;  ///< Precision of the fields.
 
-    int dimension = 3;                       ///< Number of dimensions D, 2 or 3.
-    std::uint64_t step = 0;                  ///< Number of steps since the start of the run.
-    double time = 0;                         ///< Time [s].
-    double last_time_step = 0;               ///< Size of the last time step [s]; 0 before the first step.
-    std::vector<StateField<S>> fields;       ///< The fields. A field "position" [m] with D components is required.
-    std::vector<std::int64_t> id;            ///< The id of each particle or point.
-    std::vector<std::int32_t> body;          ///< Index (from 0) of each particle's body; or the group of each point.
-    std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
+    int dimension = 3;                  ///< Number of dimensions D, 2 or 3.
+    std::uint64_t step = 0;             ///< Number of steps since the start of the run.
+    double time = 0;                    ///< Time [s].
+    double last_time_step = 0;          ///< Size of the last time step [s]; 0 before the first step.
+    std::vector<StateField<S>> fields;  ///< The fields. A field "position" [m] with D components is required.
+    std::vector<std::int64_t> id;       ///< The id of each particle or point.
+    std::vector<std::int32_t> body;     ///< Index (from 0) of each particle's body; or the group of each point.
+    std::vector<StateParameter>
+        parameters;  ///< Parameters of the run. read_state() returns up to 512 of them by group.
     std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
     std::vector<StateTable> tables;          ///< Tables of integers, such as the slot of each particle.
     /// Facets: triangles in 3D, edges in 2D. Each facet has D elements in this array: the indices (from 0, into `id`)
@@ -108,9 +110,13 @@ struct State {
 namespace detail {
 
 inline constexpr std::size_t max_state_name = 200;
-/// The maximum length of a text in a state [bytes]. HDF5 stores an attribute in the header of an object, which must be
-/// smaller than 64 KiB.
+/// The maximum length of a unit [bytes], and of a text that is an attribute of the file; a longer text of a state is a
+/// dataset. HDF5 stores an attribute in the header of an object, which must be smaller than 64 KiB.
 inline constexpr std::size_t max_state_text = 32768;
+/// The maximum number of members of a group in a state's file; also the maximum number of a group's attributes.
+inline constexpr std::size_t max_state_members = 4096;
+/// The maximum number of a state's parameters, so that a small file that is damaged does not ask for much memory.
+inline constexpr std::size_t max_state_parameters = std::size_t(1) << 22;
 
 inline void check_state_name(std::string_view kind, std::string_view name) {
     bool good = !name.empty() && name.size() <= max_state_name;
@@ -121,33 +127,35 @@ inline void check_state_name(std::string_view kind, std::string_view name) {
     }
 }
 
-inline void check_state_text(std::string_view owner, std::string_view text) {
+inline void check_state_unit(std::string_view owner, std::string_view text) {
     if (text.size() > max_state_text || text.find('\0') != std::string_view::npos) {
-        throw parameter_error(sentence("The text of '", owner, "' has ", text.size(), " bytes; give at most ",
+        throw parameter_error(sentence("The unit of '", owner, "' has ", text.size(), " bytes; give at most ",
                                        max_state_text, " and no zero byte."));
     }
 }
 
-/// Checks that all items have different names, because a file cannot contain two items of the same name.
+/// Checks that there are not too many items, and that all have different names, because a file cannot contain two items
+/// of the same name.
 /// \param kind     what the items are, for the message
 /// \param name_of  returns the name of an item
-/// \throws parameter_error  if two names are equal
+/// \param most     how many items a state can have
+/// \throws parameter_error  if there are more, or if two names are equal
 template <class Items, class Name>
-void check_distinct(std::string_view kind, const Items& items, const Name& name_of) {
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        for (std::size_t j = 0; j < i; ++j) {
-            if (name_of(items[i]) == name_of(items[j])) {
-                throw parameter_error(
-                    sentence("The state has two ", kind, "s of the name '", name_of(items[i]), "'; rename one."));
-            }
-        }
-    }
+void check_distinct(std::string_view kind, const Items& items, const Name& name_of, std::size_t most) {
+    if (items.size() > most)
+        throw parameter_error(sentence("The state has ", items.size(), " ", kind, "s; give at most ", most, "."));
+    std::vector<std::string> names;
+    names.reserve(items.size());
+    for (const auto& item : items) names.push_back(name_of(item));
+    std::sort(names.begin(), names.end());
+    if (const auto twice = std::adjacent_find(names.begin(), names.end()); twice != names.end())
+        throw parameter_error(sentence("The state has two ", kind, "s of the name '", *twice, "'; rename one."));
 }
 
 template <state_scalar S>
 void check_state_field(const State<S>& state, const StateField<S>& field) {
     check_state_name("field", field.name);
-    check_state_text(field.name, field.unit);
+    check_state_unit(field.name, field.unit);
     if (field.name == "id" || field.name == "body") {
         throw parameter_error(sentence("A field is named '", field.name, "', which State::", field.name,
                                        " holds as integers; rename the field."));
@@ -165,9 +173,10 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must not be
-/// too long or have forbidden characters, names must be unique, times must be finite, and the corners of facets must
-/// exist. The values of fields are not checked, so that a state with NaN can be written and examined.
+/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and units must not be
+/// too long, there must not be too many parts, texts must not have forbidden characters, names must be unique, times
+/// must be finite, and the corners of facets must exist. The values of fields are not checked, so that a state with NaN
+/// can be written and examined.
 /// \throws parameter_error  if one of these checks fails; the message says which check failed
 template <state_scalar S>
 void check_state(const State<S>& state) {
@@ -184,7 +193,9 @@ void check_state(const State<S>& state) {
                                        " body numbers; give one of each for every particle."));
     }
     for (const auto& field : state.fields) detail::check_state_field(state, field);
-    detail::check_distinct("field", state.fields, [](const auto& f) { return f.name; });
+    // Beside the fields but the position, the file has `id` and `body`; beside the attributes, three of its own.
+    constexpr std::size_t most = detail::max_state_members;
+    detail::check_distinct("field", state.fields, [](const auto& f) { return f.name; }, most - 1);
     if (const auto& position = state.field("position"); position.components != state.dimension) {
         throw parameter_error(sentence("The field 'position' has ", position.components, " components in ",
                                        state.dimension, " dimensions; give one component per dimension."));
@@ -192,7 +203,7 @@ void check_state(const State<S>& state) {
     for (const auto& parameter : state.parameters) {
         detail::check_state_name("parameter's group", parameter.group);
         detail::check_state_name("parameter", parameter.name);
-        detail::check_state_text(parameter.name, parameter.unit);
+        detail::check_state_unit(parameter.name, parameter.unit);
         if (parameter.values.empty() || parameter.values.size() > 4096) {
             throw parameter_error(sentence("The parameter '", parameter.name, "' has ", parameter.values.size(),
                                            " values; give 1 to 4096."));
@@ -215,17 +226,21 @@ void check_state(const State<S>& state) {
                                            ", counted from 0."));
         }
     }
-    detail::check_distinct("table", state.tables, [](const auto& t) { return t.name; });
-    detail::check_distinct("parameter", state.parameters, [](const auto& p) { return p.group + "/" + p.name; });
+    detail::check_distinct("table", state.tables, [](const auto& t) { return t.name; }, most);
+    detail::check_distinct(
+        "parameter", state.parameters, [](const auto& p) { return p.group + "/" + p.name; },
+        detail::max_state_parameters);
     for (const auto& attribute : state.attributes) {
         detail::check_state_name("attribute", attribute.name);
-        detail::check_state_text(attribute.name, attribute.value);
+        if (attribute.value.find('\0') != std::string::npos)
+            throw parameter_error(sentence("The text of '", attribute.name, "' has ", attribute.value.size(),
+                                           " bytes, of which one is zero; give a text without zero bytes."));
         if (attribute.name == "schema_version" || attribute.name == "dimension" || attribute.name == "digest") {
             throw parameter_error(
                 sentence("An attribute is named '", attribute.name, "', which the file uses itself; rename it."));
         }
     }
-    detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; });
+    detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; }, most - 3);
 }
 
 }  // namespace firn::inline FIRN_BUILD

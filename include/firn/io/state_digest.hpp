@@ -48,7 +48,9 @@ std::uint64_t hash_numbers(std::span<const std::byte> numbers, std::size_t numbe
 class HashedRecord {
 public:
     [[gnu::noinline]] HashedRecord& add(std::uint64_t number) {
-        for (int i = 0; i < 8; ++i) bytes_ += char(number >> (8 * i));
+        char bytes[8];
+        for (int i = 0; i < 8; ++i) bytes[i] = char(number >> (8 * i));
+        bytes_.append(bytes, 8);
         return *this;
     }
     HashedRecord& add(std::string_view text) {

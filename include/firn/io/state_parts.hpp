@@ -8,7 +8,11 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <type_traits>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -105,7 +109,27 @@ void check_dimension(const State<S>& state, int dimension) {
         throw io_error(sentence("The state has ", state.dimension, " dimensions, this run has ", dimension, "."));
 }
 
-/// Checks that the state has all attributes in `ours`, with the same values.
+/// Returns the first items in which two lists of items, separated by "; ", differ. A list that has ended has empty
+/// ones.
+/// \param one, other  the lists; afterwards what follows these items
+inline std::pair<std::string_view, std::string_view> first_unequal_items(std::string_view& one,
+                                                                         std::string_view& other) {
+    const auto next = [](std::string_view& list) {
+        const std::size_t end = std::min(list.find("; "), list.size());
+        const std::string_view item = list.substr(0, end);
+        list.remove_prefix(std::min(end + 2, list.size()));
+        return item;
+    };
+    std::string_view a, b;
+    do {
+        a = next(one);
+        b = next(other);
+    } while (a == b && !(one.empty() && other.empty()));
+    return {a, b};
+}
+
+/// Checks that the state has all attributes in `ours`, with the same values. Of long values, the message shows the
+/// first items that differ.
 /// \param ours    attributes of the run
 /// \param advice  last sentence of the error's message
 /// \throws io_error  if the state lacks one of these attributes, or if the state has another value for one of them
@@ -114,10 +138,15 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
     for (const StateAttribute& mine : ours) {
         const auto same = [&](const StateAttribute& a) { return a.name == mine.name; };
         const auto theirs = std::find_if(state.attributes.begin(), state.attributes.end(), same);
-        const std::string found = theirs == state.attributes.end() ? "nothing" : "'" + theirs->value + "'";
-        if (found != "'" + mine.value + "'")
-            throw io_error(
-                sentence("The state says ", found, " for ", mine.name, "; this run has '", mine.value, "'. ", advice));
+        const bool is_there = theirs != state.attributes.end();
+        if (is_there && theirs->value == mine.value) continue;
+        std::string_view found = is_there ? std::string_view(theirs->value) : "", own = mine.value;
+        constexpr std::size_t readable = 1000;
+        if (is_there && std::max(found.size(), own.size()) > readable)
+            std::tie(found, own) = first_unequal_items(found, own);
+        const auto said = [](std::string_view text) { return text.empty() ? "nothing" : sentence("'", text, "'"); };
+        throw io_error(
+            sentence("The state says ", said(found), " for ", mine.name, "; this run has ", said(own), ". ", advice));
     }
 }
 
@@ -129,13 +158,17 @@ void check_same_build(const State<S>& state) {
                "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
 
+[[noreturn]] inline void throw_no_parameter(std::string_view group, std::string_view name) {
+    throw io_error(sentence("The state has no parameter ", group, "/", name, "; it was not written by state_of()."));
+}
+
 /// Returns the values of the parameter `name` in the group `group` of a state.
 /// \throws io_error  if the state has no such parameter
 template <class S>
 std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
     for (const StateParameter& p : state.parameters)
         if (p.group == group && p.name == name && !p.values.empty()) return p.values;
-    throw io_error(sentence("The state has no parameter ", group, "/", name, "; it was not written by state_of()."));
+    throw_no_parameter(group, name);
 }
 
 template <class S>
@@ -164,9 +197,14 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///                   then unchanged
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
+    std::unordered_map<std::string_view, const StateParameter*> by_name;  // a list of colliders has very many
+    for (const StateParameter& p : state.parameters)
+        if (p.group == group) by_name.emplace(p.name, &p);
     Policy restored = policy;
     for_parameters(restored, [&](const std::string& name, const char*, auto& value) {
-        const std::vector<double> values = detail::parameter_values(state, group, name.c_str());
+        const auto found = by_name.find(name);
+        if (found == by_name.end() || found->second->values.empty()) detail::throw_no_parameter(group, name);
+        const std::vector<double>& values = found->second->values;
         if (values.size() != detail::as_doubles(value).size())
             throw io_error(sentence("The state has ", values.size(), " values for ", group, "/", name,
                                     "; the simulation's policy needs ", detail::as_doubles(value).size(), "."));

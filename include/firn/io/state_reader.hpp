@@ -38,14 +38,15 @@ struct StateReading {
 
 namespace detail {
 
-/// The maximum number of members of a group in a state's file; also the maximum number of a group's attributes.
-inline constexpr std::size_t max_state_members = 4096;
+inline bool has_member(hid_t parent, const std::string& name) {
+    return hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) > 0;
+}
 
 /// Checks that the group `parent` has a member `name`, and that this member is not a soft or external link, which could
 /// lead to another file.
 /// \throws io_error  if the member is missing, or if it is such a link
 inline void require_member(hid_t parent, const std::string& name) {
-    if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
+    if (!has_member(parent, name)) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
     }
     H5L_info_t info;
@@ -469,6 +470,34 @@ void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State
             state.parameters.push_back({group_name, name, std::move(table.unit), std::move(table.values)});
         }
     }
+    if (!has_member(firn_group.id(), parameter_list_name)) return;
+    const auto group = open_group(firn_group.id(), parameter_list_name);
+    const auto flat = [&]<class T>(const char* name, std::vector<T>& to) {
+        auto table = reader.read<T>(group.id(), name);
+        if (table.columns != 1) throw io_error(sentence("the dataset '", name, "' has rank 2; 1 is allowed"));
+        to = std::move(table.values);
+    };
+    ParameterList list;
+    flat("texts", list.texts);
+    flat("counts", list.counts);
+    flat("values", list.values);
+    list.append_to(state.parameters);
+}
+
+/// Reads the attributes that are texts, and the texts that are too long for attributes.
+template <class S>
+void read_attributes(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+    std::optional<hdf5::Group> long_texts;
+    if (has_member(firn_group.id(), long_texts_name)) long_texts = open_group(firn_group.id(), long_texts_name);
+    for (const auto& name : attribute_names(firn_group)) {
+        if (auto text = read_text(firn_group.id(), name)) {
+            state.attributes.push_back({name, std::move(*text)});
+        } else if (long_texts && has_member(long_texts->id(), name)) {
+            const auto bytes = reader.read<std::uint8_t>(long_texts->id(), name);
+            if (bytes.columns != 1) throw io_error("the text '" + name + "' has rank 2; 1 is allowed");
+            state.attributes.push_back({name, std::string(bytes.values.begin(), bytes.values.end())});
+        }
+    }
 }
 
 /// Reads the tables. Of the tables `slot` and `blocks`, which grow with the number of particles, this reader's part of
@@ -526,9 +555,7 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
     found.points = read_vtk_group(file.id(), reader, names_of_schema(*schema), state);
     read_parameters(firn_group, reader, state);
     found.table_rows = read_tables(firn_group, reader, state);
-    for (const auto& name : attribute_names(firn_group)) {
-        if (auto text = read_text(firn_group.id(), name)) state.attributes.push_back({name, std::move(*text)});
-    }
+    read_attributes(firn_group, reader, state);
     return found;
 }
 

@@ -10,8 +10,12 @@
 ///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
 ///     /firn              attributes schema_version i64 = 5, dimension i64, digest u64, and the state's attributes
-///       parameters/GROUP/NAME   f64[k]
+///       parameters/GROUP/NAME   f64[k]; if there are more than 512 parameters, none is here, but all are in
+///       parameter_list/  texts u8[], counts i64[p], values f64[]: of each of the p parameters its group, name and
+///       unit,
+///                        with a zero byte after each of the three, the number of its values, and its values
 ///       tables/NAME      i64[r] or i64[r,c]
+///       texts/NAME       u8[b]: an attribute's text of more than 32768 bytes; the attribute NAME is then the integer b
 ///
 /// i64[r,c] means a dataset of r rows and c columns of type i64. The types i64 and i32 are signed integers, u8 and u64
 /// unsigned integers, f64 and f32 floats; the number in the type's name is its number of bits. S is the precision of
@@ -28,12 +32,13 @@
 /// and `blocks` that state_of() makes are those of the memory of the run, with gaps between groups of blocks, and the
 /// blocks are in the order of their keys; restore() accepts both. Files of schema_version 1 to 4 have no fields
 /// `NAME_remainder`, and the remainders are 0. States of a ParticleSystem of these versions have no table `position`;
-/// restore() then takes the rounded positions.
+/// restore() then takes the rounded positions. No file of schema_version 1 to 4 has `parameter_list` or `texts`.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
 #include <firn/io/hdf5.hpp>
 #include <firn/io/hdf5_image.hpp>
+#include <firn/io/parameter_list.hpp>
 #include <firn/io/state.hpp>
 #include <firn/io/state_digest.hpp>
 #include <firn/io/state_outline.hpp>
@@ -342,27 +347,55 @@ private:
         write_integers(firn_group.id(), "dimension", {state.dimension});
         write_unsigned(firn_group.id(), "digest", digest);
         for (const auto& attribute : state.attributes) {
-            write_text(firn_group.id(), attribute.name, attribute.value, H5T_CSET_UTF8);
+            if (attribute.value.size() <= max_state_text)
+                write_text(firn_group.id(), attribute.name, attribute.value, H5T_CSET_UTF8);
+            else
+                write_integers(firn_group.id(), attribute.name, {std::int64_t(attribute.value.size())});
         }
         auto all = create_group(firn_group.id(), "parameters");
-        std::vector<std::string> done;
-        for (const auto& first : state.parameters) {
-            if (std::find(done.begin(), done.end(), first.group) != done.end()) continue;
-            done.push_back(first.group);
-            auto group = create_group(all.id(), first.group);
-            for (const auto& parameter : state.parameters) {
-                if (parameter.group != first.group) continue;
-                write_dataset(group.id(), parameter.name, parameter.values, 1, {.unit = parameter.unit});
-            }
-            group.close("close the parameters of " + first.group);
-        }
+        const bool listed = lists_parameters(state);
+        if (!listed) write_parameters(all, state.parameters);
         all.close("close parameters");
         auto tables = create_group(firn_group.id(), "tables");
         for (const auto& table : state.tables) {
             write_dataset(tables.id(), std::string(table.name), table.values, hsize_t(table.columns));
         }
         tables.close("close tables");
+        if (listed) write_parameter_list(firn_group, state.parameters);
+        write_long_texts(firn_group, state.attributes);
         firn_group.close("close the group firn");
+    }
+    void write_parameters(const hdf5::Group& all, std::span<const StateParameter> parameters) {
+        std::vector<std::string> done;
+        for (const auto& first : parameters) {
+            if (std::find(done.begin(), done.end(), first.group) != done.end()) continue;
+            done.push_back(first.group);
+            auto group = create_group(all.id(), first.group);
+            for (const auto& parameter : parameters) {
+                if (parameter.group != first.group) continue;
+                write_dataset(group.id(), parameter.name, parameter.values, 1, {.unit = parameter.unit});
+            }
+            group.close("close the parameters of " + first.group);
+        }
+    }
+    void write_parameter_list(const hdf5::Group& firn_group, std::span<const StateParameter> parameters) {
+        ParameterList list = ParameterList::of(parameters);
+        auto group = create_group(firn_group.id(), parameter_list_name);
+        write_dataset(group.id(), "texts", image_.keep(std::move(list.texts)));
+        write_dataset(group.id(), "counts", image_.keep(std::move(list.counts)));
+        write_dataset(group.id(), "values", image_.keep(std::move(list.values)));
+        group.close("close the list of parameters");
+    }
+    void write_long_texts(const hdf5::Group& firn_group, std::span<const StateAttribute> attributes) {
+        const auto is_long = [](const StateAttribute& a) { return a.value.size() > max_state_text; };
+        if (std::none_of(attributes.begin(), attributes.end(), is_long)) return;
+        auto group = create_group(firn_group.id(), long_texts_name);
+        for (const StateAttribute& a : attributes)
+            if (is_long(a)) write_dataset(group.id(), a.name, {NumberKind::u8, a.value.size(), a.value.data()});
+        group.close("close the texts");
+    }
+    static bool lists_parameters(const StateOutline& state) {
+        return state.parameters.size() > most_parameter_datasets;
     }
 
     /// Returns the number of bytes to reserve at the start of the file for everything except arrays. The header of one
@@ -370,7 +403,8 @@ private:
     static std::size_t bytes_beside_arrays(const StateOutline& state, int compression) {
         const bool has_large_arrays =
             compression == 0 && state.points() * sizeof(std::int64_t) >= hdf5::FileImage::large;
-        const std::size_t objects = 32 + state.fields.size() + state.parameters.size() + state.attributes.size();
+        const std::size_t parameters = lists_parameters(state) ? 4 : state.parameters.size();
+        const std::size_t objects = 32 + state.fields.size() + parameters + state.attributes.size();
         return has_large_arrays ? objects * 1024 : 2048;
     }
 

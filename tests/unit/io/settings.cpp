@@ -6,6 +6,8 @@
 #include <firn/io/states.hpp>
 #include <firn/lagrangian.hpp>
 
+#include "example_state.hpp"
+
 #include <algorithm>
 #include <memory>
 
@@ -117,6 +119,44 @@ TEST_CASE("a restart refuses another number of boundaries in a list") {
     // More than an attribute of a state can hold.
     CHECK(said(scene(list(2000)), scene(list(2000))) == "taken");
     CHECK(said(scene(list(2000)), scene(list(2001))) != "taken");
+}
+
+TEST_CASE("a run with many colliders, or many pairs of contact groups, is written, read and gone on from") {
+    // 7,000 parameters, and descriptions of 39 kB and 80 kB.
+    const auto folder = states::Folder();
+    const auto through_a_file = [&](auto from, auto into) {
+        write_state(folder / "many.hdf", state_of(from));
+        restore(into, read_state<double>(folder / "many.hdf"));
+        from.step(), into.step();
+        return state_of(from) == state_of(into);
+    };
+    const auto balls = [](double friction_of_one) {
+        BoundaryList<Collider<Sphere<double, 2>>> all;
+        for (int i = 0; i < 1000; ++i)  // above the matter
+            all.all.push_back({.shape = {0.001},
+                               .position = {0.02 + 0.005 * (i % 190), 0.85 + 0.01 * (i / 190)},
+                               .linear_velocity = {1e-3 * i, 0.5}});
+        for (std::size_t i = 0; i < all.all.size(); ++i) all.all[i].friction = i == 700 ? friction_of_one : 0.25;
+        return all;
+    };
+    CHECK(through_a_file(scene(Together(walls(0.3), balls(0.25))), scene(Together(walls(0.3), balls(0.25)))));
+    const auto law = [](double friction_of_one) {
+        CoulombContact all{.friction = 0.1};
+        for (int b = 1; b < 60; ++b)
+            for (int a = 0; a < b; ++a) all.set_pair(a, b, {.friction = a == 7 && b == 50 ? friction_of_one : 0.2});
+        return all;
+    };
+    CHECK(through_a_file(scene(walls(0), law(0.2)), scene(walls(0), law(0.2))));
+
+    // Of such lists, a message shows the items that differ.
+    const std::string of_balls = said(scene(balls(0.25)), scene(balls(0.5))),
+                      of_law = said(scene(walls(0), law(0.2)), scene(walls(0), law(0.5)));
+    check_holds(of_balls,
+                "says 'collider_sphere: separate, friction 0.25' for boundary_conditions; this run has "
+                "'collider_sphere: separate, friction 0.5'");
+    check_holds(of_law, "says '7 and 50: separate, friction 0.2, reach 0.25' for contact_law");
+    CHECK(of_balls.size() < 500);
+    CHECK(of_law.size() < 500);
 }
 
 TEST_CASE("a restart tells data of one's own policies by their digest, and warns where it cannot tell") {

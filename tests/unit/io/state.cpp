@@ -40,7 +40,7 @@ TEST_CASE("A state whose parts do not fit is refused with a sentence that names 
         {"'a.b'", [](State& s) { s.fields[4].name = "a.b"; }},
         {"field is ''", [](State& s) { s.fields[4].name = ""; }},
         {"named 'id'", [](State& s) { s.fields[4].name = "id"; }},
-        {"'mass' has 40000 bytes", [](State& s) { s.fields[4].unit = std::string(40000, 'm'); }},
+        {"unit of 'mass' has 40000 bytes", [](State& s) { s.fields[4].unit = std::string(40000, 'm'); }},
         {"'young' has 0 values", [](State& s) { s.parameters[0].values.clear(); }},
         {"'../x'", [](State& s) { s.parameters[0].group = "../x"; }},
         {"two parameters of the name 'material/young'", [](State& s) { s.parameters[1].name = "young"; }},

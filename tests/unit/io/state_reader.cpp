@@ -183,6 +183,52 @@ TEST_CASE("Hard links to one large array do not let a small file ask for much me
     CHECK(states::holds(refusal(path), "more than the file's"));
 }
 
+TEST_CASE("A list of parameters, or a long text, that contradicts itself is refused", "[io][state]") {
+    const Folder folder;
+    const auto path = folder / "a.hdf";
+    auto state = example<float>(3, 4);
+    for (int i = 0; i < 600; ++i) state.parameters.push_back({"balls", std::to_string(i), "m", {double(i), 1}});
+    state.attributes.push_back({"long", std::string(40'000, 'x')});
+    const auto refused_after = [&](const std::function<void(hid_t)>& change) {
+        firn::write_state(path, state);
+        {
+            const firn::hdf5::File file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
+            change(file.id());
+        }
+        return refusal(path);
+    };
+    const auto with_number = [&](const char* dataset, std::size_t at, auto value) {
+        return refused_after([&](hid_t f) {
+            const firn::hdf5::Dataset numbers(H5Dopen2(f, dataset, H5P_DEFAULT), "open");
+            const firn::hdf5::Dataspace space(H5Dget_space(numbers.id()), "space");
+            std::vector<decltype(value)> all(std::size_t(H5Sget_simple_extent_npoints(space.id())));
+            const hid_t type = firn::hdf5::Number<decltype(value)>::memory();
+            H5Dread(numbers.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+            all[at < all.size() ? at : all.size() - 1] = value;
+            H5Dwrite(numbers.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+        });
+    };
+    const char *counts = "/firn/parameter_list/counts", *texts = "/firn/parameter_list/texts";
+    constexpr std::size_t last = std::size_t(-1);
+    const char* contradiction = "the arrays of its parameter_list contradict each other";
+    for (const std::int64_t count :
+         {std::int64_t(0), std::int64_t(3), std::int64_t(-2), std::numeric_limits<std::int64_t>::max(),
+          std::numeric_limits<std::int64_t>::min()})
+        for (const std::size_t at : {std::size_t(0), last})
+            CHECK(states::holds(with_number(counts, at, count), contradiction));
+    CHECK(states::holds(with_number(texts, last, std::uint8_t('m')), contradiction));      // a text without end
+    CHECK(states::holds(with_number(texts, last - 1, std::uint8_t('m')), contradiction));  // the same
+    CHECK(states::holds(with_number("/firn/parameter_list/values", 9, 0.5), "does not match its digest"));
+    CHECK(states::holds(with_number("/firn/texts/long", 9, std::uint8_t('y')), "does not match its digest"));
+    CHECK(states::holds(with_number("/firn/texts/long", 9, std::uint8_t(0)), "of which one is zero"));
+    CHECK(states::holds(refused_after([](hid_t f) { H5Ldelete(f, "/firn/parameter_list/counts", H5P_DEFAULT); }),
+                        "no 'counts'"));
+    CHECK(states::holds(refused_after([](hid_t f) { H5Ldelete(f, "/firn/parameter_list", H5P_DEFAULT); }),
+                        "does not match its digest"));
+    CHECK(states::holds(refused_after([](hid_t f) { H5Ldelete(f, "/firn/texts", H5P_DEFAULT); }),
+                        "does not match its digest"));
+}
+
 TEST_CASE("A state of 2D with points off the plane is refused, not flattened", "[io][state]") {
     const Folder folder;
     firn::write_state(folder / "a.hdf", example<float>(2, 2));

@@ -71,6 +71,91 @@ TEST_CASE("Many fields, parameters and attributes keep their order", "[io][state
     CHECK(states::same_bits(firn::read_state<float>(folder / "a.hdf"), state));
 }
 
+TEST_CASE("More parameters than datasets, and texts longer than attributes, are read back", "[io][state]") {
+    // Groups by turns, as no file of datasets keeps them; values of several lengths; units with and without letters.
+    const Folder folder;
+    auto state = example<float>(3, 10);
+    const auto with_parameters = [&](std::size_t count) {
+        auto more = state;
+        for (std::size_t i = more.parameters.size(); i < count; ++i)
+            more.parameters.push_back({i % 2 ? "odd" : "even", std::to_string(i) + "_radius", i % 5 ? "m/s²" : "",
+                                       std::vector<double>(1 + i % 7, 1.0 / double(i + 1))});
+        return more;
+    };
+    const auto has = [&](const char* path) {
+        const firn::hdf5::File file(H5Fopen((folder / "a.hdf").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open");
+        return H5Lexists(file.id(), path, H5P_DEFAULT) > 0;
+    };
+    state.attributes.insert(state.attributes.begin(), {"first", std::string(firn::detail::max_state_text, 'a')});
+    state.attributes.insert(state.attributes.begin() + 1,
+                            {"second", std::string(firn::detail::max_state_text + 1, 'b')});
+    state.attributes.push_back({"last", std::string(1'000'000, 'c')});
+    for (const int compression : {0, 3}) {
+        for (const std::size_t count : {std::size_t(513), std::size_t(20'000)}) {
+            CAPTURE(compression, count);
+            const auto many = with_parameters(count);
+            firn::write_state(folder / "a.hdf", many, {.compression = compression});
+            CHECK(states::same_bits(firn::read_state<float>(folder / "a.hdf"), many));
+            CHECK(has("/firn/parameter_list/values"));
+            CHECK_FALSE(has("/firn/parameters/grid"));
+        }
+    }
+    CHECK_FALSE(has("/firn/texts/first"));
+    CHECK(has("/firn/texts/second"));
+
+    // One fewer has its datasets, and so have older files of any number, which are read as before.
+    state.attributes.erase(state.attributes.begin(), state.attributes.begin() + 2);
+    state.attributes.pop_back();
+    auto few = with_parameters(512);
+    firn::write_state(folder / "a.hdf", few);
+    CHECK(has("/firn/parameters/even/510_radius"));
+    CHECK_FALSE(has("/firn/parameter_list"));
+    CHECK_FALSE(has("/firn/texts"));
+    const auto grouped = firn::read_state<float>(folder / "a.hdf");
+    {
+        const firn::hdf5::File file(H5Fopen((folder / "a.hdf").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
+        for (int i = 0; i < 1000; ++i)
+            H5Lcreate_hard(file.id(), "/firn/parameters/odd/511_radius", file.id(),
+                           ("/firn/parameters/odd/older_" + std::to_string(i)).c_str(), H5P_DEFAULT, H5P_DEFAULT);
+    }
+    const auto older = firn::read_state<float>(folder / "a.hdf", {.verify = false});
+    REQUIRE(older.parameters.size() == 1512);
+    CHECK(older.parameters.back().values == grouped.parameters.back().values);
+}
+
+/// A state of as many parts as a file takes: the limits of writer and reader are the same.
+firn::State<float> of_most_parts() {
+    auto state = example<float>(2, 0);
+    const auto name = [](const auto& parts) { return "part " + std::to_string(parts.size()); };
+    while (state.attributes.size() < 4093) state.attributes.push_back({name(state.attributes), "x"});
+    while (state.fields.size() < 4095) state.fields.push_back({name(state.fields), "", 1, {}});
+    while (state.tables.size() < 4096) state.tables.push_back({name(state.tables), 1, {}});
+    return state;
+}
+
+TEST_CASE("A state of more parts than the reader takes is refused before it is written", "[io][state]") {
+    const Folder folder;
+    const auto refused = [&](const auto& add) {
+        auto more = of_most_parts();
+        firn::check_state(more);
+        add(more);
+        return states::message<firn::parameter_error>([&] { firn::write_state(folder / "a.hdf", more); });
+    };
+    CHECK(states::holds(refused([](auto& s) { s.attributes.push_back({"more", "x"}); }),
+                        "4094 attributes; give at most 4093"));
+    CHECK(states::holds(refused([](auto& s) { s.fields.push_back({"more", "", 1, {}}); }),
+                        "4096 fields; give at most 4095"));
+    CHECK(
+        states::holds(refused([](auto& s) { s.tables.push_back({"more", 1, {}}); }), "4097 tables; give at most 4096"));
+    CHECK(folder.names().empty());
+}
+
+TEST_CASE("A state of as many parts as the reader takes is written and read", "[io][state][.full]") {
+    const Folder folder;
+    firn::write_state(folder / "a.hdf", of_most_parts());
+    CHECK(states::same_bits(firn::read_state<float>(folder / "a.hdf"), of_most_parts()));
+}
+
 TEST_CASE("The same state gives the same bytes", "[io][state]") {
     const Folder folder;
     const auto small = example<float>(2, 3), large = example<float>(2, 70'000);
