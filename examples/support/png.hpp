@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/io/atomic_file.hpp>
 
 #include "image.hpp"
 #include <png.h>
@@ -39,7 +40,8 @@ inline void write_png(const std::filesystem::path& path, const Image& image) {
     std::error_code problem;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), problem);
     if (problem) fail(problem.message());
-    auto partial = path;
+    const std::filesystem::path written = firn::written_file(path);
+    auto partial = written;
     partial += ".partial";
     {
         std::ofstream out(partial, std::ios::binary | std::ios::trunc);
@@ -50,7 +52,7 @@ inline void write_png(const std::filesystem::path& path, const Image& image) {
             fail("the folder is missing or not writable, or the disk is full");
         }
     }
-    std::filesystem::rename(partial, path, problem);
+    std::filesystem::rename(partial, written, problem);
     if (problem) {
         const auto why = problem.message();
         std::filesystem::remove(partial, problem);

@@ -3,6 +3,9 @@
 /// A program that opens the file by its final name always sees either the complete old file or the complete new file,
 /// even after a power failure. The order of operations ensures this: write the file, fsync it, rename it, and fsync its
 /// folder. (The rename function of POSIX is atomic within one file system.)
+///
+/// Only a file is replaced. A symbolic link stays, and the file to which it leads is written. Pipes, devices, sockets
+/// and folders are refused: a rename would put a file in their place.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -74,7 +77,36 @@ inline void sync_folder_of(const std::filesystem::path& path) {
     fd.close(folder);
 }
 
+[[noreturn]] inline void refuse_to_write(const std::filesystem::path& path, const char* what) {
+    throw io_error(sentence("The file ", path, " cannot be written, because it is ", what,
+                            ". A complete file takes the place of what is there, which must be a file or nothing: give "
+                            "another name."));
+}
+
+/// Checks that there is a file or nothing at `path`.
+/// \throws io_error  if there is something else, such as a device
+inline void require_file_or_nothing(const std::filesystem::path& path) {
+    std::error_code ignored;  // then opening or renaming tells what is wrong
+    using enum std::filesystem::file_type;
+    switch (std::filesystem::symlink_status(path, ignored).type()) {
+        case directory:
+            refuse_to_write(path, "a folder");
+        case symlink:
+            refuse_to_write(path, "a symbolic link");
+        case fifo:
+            refuse_to_write(path, "a pipe");
+        case block:
+        case character:
+            refuse_to_write(path, "a device");
+        case socket:
+            refuse_to_write(path, "a socket");
+        default:
+            return;
+    }
+}
+
 inline void rename_and_sync_folder(const std::filesystem::path& temporary, const std::filesystem::path& path) {
+    require_file_or_nothing(path);
     std::error_code failure;
     std::filesystem::rename(temporary, path, failure);
     if (failure) {
@@ -84,6 +116,24 @@ inline void rename_and_sync_folder(const std::filesystem::path& temporary, const
 }
 
 }  // namespace detail
+
+/// Returns the file that is made or replaced when `path` is written: `path`, or, if this is a symbolic link, where the
+/// link leads.
+/// \throws io_error  if there is a folder, a pipe, a device or a socket, or a link to an open file of a process
+///                   (/dev/stdout), or if links lead round in a circle
+inline std::filesystem::path written_file(std::filesystem::path path) {
+    std::error_code ignored;  // then opening tells what is wrong
+    for (int links = 0; is_symlink(symlink_status(path, ignored)); ++links) {
+        if (links == 40) detail::refuse_to_write(path, "one of too many symbolic links in a row");
+        const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+        // Such links name a file, but lead to one that is open, which the process would go on to write.
+        if (canonical(folder, ignored).string().starts_with("/proc/"))
+            detail::refuse_to_write(path, "an open file of a process");
+        path = folder / read_symlink(path, ignored);
+    }
+    detail::require_file_or_nothing(path);
+    return path;
+}
 
 /// Returns the temporary name `NAME.tmp.PID` of the file `NAME`. The temporary file is in the same folder as the file,
 /// and therefore on the same file system.
@@ -98,9 +148,9 @@ inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
 
 /// Gives a complete, closed file its final name, and ensures that the file is on disk. Use this function for a file
 /// that another library wrote. The order of operations is: fsync the file, rename it to `path` (an old file of that
-/// name is replaced), and fsync the folder.
+/// name is replaced), and fsync the folder. \see written_file()
 /// \param temporary  the present name of the file; the file is removed if an operation fails
-/// \param path       the final name, in the same folder
+/// \param path       the final name, in the same folder; if it is a link, to a file on the same file system
 /// \throws io_error  if an operation fails. The old file at `path` is then unchanged, with one exception: if only the
 ///                   fsync of the folder failed, the new file is at `path`, but may not be on disk yet.
 inline void sync_and_rename(const std::filesystem::path& temporary, const std::filesystem::path& path) {
@@ -109,7 +159,7 @@ inline void sync_and_rename(const std::filesystem::path& temporary, const std::f
         detail::FileDescriptor fd(temporary, O_RDWR, "Opening");
         detail::sync_to_disk(fd.get(), temporary);
         fd.close(temporary);
-        detail::rename_and_sync_folder(temporary, path);
+        detail::rename_and_sync_folder(temporary, written_file(path));
     } catch (...) {
         std::error_code ignored;
         std::filesystem::remove(temporary, ignored);
@@ -121,11 +171,12 @@ inline void sync_and_rename(const std::filesystem::path& temporary, const std::f
 /// threw an error, the destructor removes the temporary file.
 class AtomicFile {
 public:
-    /// Creates the temporary file. Its name is temporary_name(path).
-    /// \param path  the final name of the file
-    /// \throws io_error  if the folder does not exist or is not writable
+    /// Creates the temporary file. Its name is temporary_name(written_file(path)).
+    /// \param path  the final name of the file, or a symbolic link to it
+    /// \throws io_error  if the folder does not exist or is not writable, or if `path` cannot be replaced by a file,
+    ///                   see written_file()
     explicit AtomicFile(std::filesystem::path path)
-        : path_(std::move(path)),
+        : path_(written_file(std::move(path))),
           temporary_(temporary_name(path_)),
           fd_(temporary_, O_WRONLY | O_CREAT | O_TRUNC, "Opening for writing") {
         pending_ = true;

@@ -5,12 +5,16 @@
 #include <firn/io/atomic_file.hpp>
 #include <firn/io/state.hpp>
 
+#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -34,6 +38,31 @@ inline std::string component_name(const std::string& name, int component, int co
     return name + "_" + std::to_string(component);
 }
 
+/// Returns the names of the properties of the fields' components, in their order.
+/// \param taken  the names of the properties before them
+/// \throws parameter_error  if a name has a space, which ends a name in PLY, or if two properties have one name
+template <class S>
+std::vector<std::string> property_names(const std::vector<const StateField<S>*>& fields,
+                                        const std::vector<std::string>& taken) {
+    std::vector<std::string> names = taken;
+    for (const StateField<S>* field : fields) {
+        if (field->name.find(' ') != std::string::npos)
+            throw parameter_error(sentence("The field '", field->name,
+                                           "' cannot be a property of a PLY file, where a space ends a name; rename "
+                                           "the field."));
+        for (int c = 0; c < field->components; ++c) {
+            std::string name = component_name(field->name, c, field->components);
+            if (std::find(names.begin(), names.end(), name) != names.end())
+                throw parameter_error(sentence("The field '", field->name,
+                                               "' would give the PLY file a second property '", name,
+                                               "'; name each field once, or rename it."));
+            names.push_back(std::move(name));
+        }
+    }
+    names.erase(names.begin(), names.begin() + std::ptrdiff_t(taken.size()));
+    return names;
+}
+
 }  // namespace detail
 
 /// Writes a state to a PLY file. Each point becomes a `vertex` element. The properties of the vertex are the position
@@ -42,8 +71,9 @@ inline std::string component_name(const std::string& name, int component, int co
 /// incomplete file is left (see AtomicFile).
 /// \param fields  names of the fields to write besides the positions
 /// \throws parameter_error  if the parts of the state do not fit together (see check_state()), if a name in `fields` is
-///                          not the name of a field of the state, if the state has more than 2³¹ − 1 points, or if an
-///                          id is not within [0, 2³² − 1]
+///                          not the name of a field of the state, if the name of a field has a space or gives a
+///                          property the name of another (x, y, z, id, or that of another field), if the state has
+///                          more than 2³¹ − 1 points, or if an id is not within [0, 2³² − 1]
 /// \throws io_error         if writing fails
 template <state_scalar S>
 void write_ply(const std::filesystem::path& path, const State<S>& state, const std::vector<std::string>& fields = {}) {
@@ -65,10 +95,8 @@ void write_ply(const std::filesystem::path& path, const State<S>& state, const s
                          sentence(state.time) + " seconds\n" + sentence("element vertex ", state.size(), "\n");
     for (const char* axis : {"x", "y", "z"}) header += sentence("property ", number, " ", axis, "\n");
     header += "property uint id\n";
-    for (const StateField<S>* field : written)
-        for (int c = 0; c < field->components; ++c)
-            header +=
-                sentence("property ", number, " ", detail::component_name(field->name, c, field->components), "\n");
+    for (const std::string& name : detail::property_names(written, {"x", "y", "z", "id"}))
+        header += sentence("property ", number, " ", name, "\n");
     if (facets > 0)
         header += state.dimension == 3
                       ? sentence("element face ", facets, "\nproperty list uchar int vertex_indices\n")

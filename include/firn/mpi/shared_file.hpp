@@ -27,13 +27,18 @@ public:
     /// \param path  the final name of the file; that of rank 0 counts
     /// \throws io_error  on all ranks, if the file cannot be created, or if a rank cannot open it
     SharedFile(const Communicator& all, const std::filesystem::path& path) : all_(all) {
-        path_ = all.text_of(0, path.string());
-        temporary_ = all.text_of(0, temporary_name(path_).string());
         const auto open = [&](int flags) { fd_.emplace(temporary_, O_WRONLY | flags, "Opening for writing"); };
         Outcome created(all);
-        if (all.rank() == 0) created.attempt([&] { open(O_CREAT | O_TRUNC); });
+        if (all.rank() == 0)
+            created.attempt([&] {
+                path_ = written_file(path);
+                temporary_ = temporary_name(path_);
+                open(O_CREAT | O_TRUNC);
+            });
         created.settle();
         pending_ = all.rank() == 0;
+        path_ = all.text_of(0, path_.string());
+        temporary_ = all.text_of(0, temporary_.string());
         try {
             together(all, [&] {
                 if (all.rank() > 0) open(0);

@@ -87,3 +87,25 @@ TEST_CASE("What cannot be a PLY file is refused, and nothing is written", "[io]"
     CHECK_THROWS_AS(firn::write_ply(folder / "no/a.ply", triangle()), firn::io_error);
     CHECK(folder.names().empty());
 }
+
+TEST_CASE("A field that cannot be a property of a PLY file, or is one already, is refused by its name", "[io]") {
+    const Folder folder;
+    auto state = triangle();
+    for (const char* name : {"x", "my field", "velocity_y", "position_x"})
+        state.fields.push_back({name, "1", 1, {1, 2, 3}});
+    const auto refused = [&](const std::vector<std::string>& fields) {
+        return states::message<firn::parameter_error>([&] { firn::write_ply(folder / "a.ply", state, fields); });
+    };
+    CHECK(states::holds(refused({"x"}), "The field 'x' would give the PLY file a second property 'x'"));
+    CHECK(states::holds(refused({"my field"}), "The field 'my field' cannot be a property"));
+    CHECK(
+        states::holds(refused({"mass", "mass"}), "The field 'mass' would give the PLY file a second property 'mass'"));
+    CHECK(states::holds(refused({"velocity_y", "velocity"}),
+                        "The field 'velocity' would give the PLY file a second "
+                        "property 'velocity_y'"));
+    CHECK(states::holds(refused({"velocity", "velocity_y"}), "The field 'velocity_y' would"));
+    CHECK(states::holds(refused({"position_x", "position"}), "second property 'position_x'"));
+    CHECK(folder.names().empty());
+    firn::write_ply(folder / "a.ply", state, {"velocity_y", "mass", "position"});
+    CHECK(folder.names().size() == 1);
+}
