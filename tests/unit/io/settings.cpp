@@ -122,7 +122,7 @@ TEST_CASE("a restart refuses another number of boundaries in a list") {
 }
 
 TEST_CASE("a run with many colliders, or many pairs of contact groups, is written, read and gone on from") {
-    // 7,000 parameters, and descriptions of 39 kB and 80 kB.
+    // 7,000 parameters, and descriptions of 45 kB and 80 kB.
     const auto folder = states::Folder();
     const auto through_a_file = [&](auto from, auto into) {
         write_state(folder / "many.hdf", state_of(from));
@@ -130,16 +130,18 @@ TEST_CASE("a run with many colliders, or many pairs of contact groups, is writte
         from.step(), into.step();
         return state_of(from) == state_of(into);
     };
-    const auto balls = [](double friction_of_one) {
-        BoundaryList<Collider<Sphere<double, 2>>> all;
-        for (int i = 0; i < 1000; ++i)  // above the matter
-            all.all.push_back({.shape = {0.001},
-                               .position = {0.02 + 0.005 * (i % 190), 0.85 + 0.01 * (i / 190)},
-                               .linear_velocity = {1e-3 * i, 0.5}});
-        for (std::size_t i = 0; i < all.all.size(); ++i) all.all[i].friction = i == 700 ? friction_of_one : 0.25;
+    const auto discs = [shared = grid(0.01)](double friction_of_one) {
+        BoundaryList<Collider<DistanceGrid<double, 2>>> all;
+        for (int i = 0; i < 1000; ++i) {
+            auto one = shared;
+            one.position = {0.02 + 0.005 * (i % 190), 1.5 + 0.01 * (i / 190)};  // above the domain
+            one.linear_velocity = {1e-3 * i, 0.5};
+            one.friction = i == 700 ? friction_of_one : 0.25;
+            all.all.push_back(one);
+        }
         return all;
     };
-    CHECK(through_a_file(scene(Together(walls(0.3), balls(0.25))), scene(Together(walls(0.3), balls(0.25)))));
+    CHECK(through_a_file(scene(discs(0.25)), scene(discs(0.25))));
     const auto law = [](double friction_of_one) {
         CoulombContact all{.friction = 0.1};
         for (int b = 1; b < 60; ++b)
@@ -149,13 +151,13 @@ TEST_CASE("a run with many colliders, or many pairs of contact groups, is writte
     CHECK(through_a_file(scene(walls(0), law(0.2)), scene(walls(0), law(0.2))));
 
     // Of such lists, a message shows the items that differ.
-    const std::string of_balls = said(scene(balls(0.25)), scene(balls(0.5))),
+    const std::string of_discs = said(scene(discs(0.25)), scene(discs(0.5))),
                       of_law = said(scene(walls(0), law(0.2)), scene(walls(0), law(0.5)));
-    check_holds(of_balls,
-                "says 'collider_sphere: separate, friction 0.25' for boundary_conditions; this run has "
-                "'collider_sphere: separate, friction 0.5'");
+    check_holds(of_discs,
+                "says 'collider_distance_grid: separate, friction 0.25' for boundary_conditions; this run "
+                "has 'collider_distance_grid: separate, friction 0.5'");
     check_holds(of_law, "says '7 and 50: separate, friction 0.2, reach 0.25' for contact_law");
-    CHECK(of_balls.size() < 500);
+    CHECK(of_discs.size() < 500);
     CHECK(of_law.size() < 500);
 }
 
