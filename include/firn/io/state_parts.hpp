@@ -11,7 +11,6 @@
 #include <string_view>
 #include <tuple>
 #include <type_traits>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -197,14 +196,15 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///                   then unchanged
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
-    std::unordered_map<std::string_view, const StateParameter*> by_name;  // a list of colliders has very many
-    for (const StateParameter& p : state.parameters)
-        if (p.group == group) by_name.emplace(p.name, &p);
+    const std::vector<StateParameter>& all = state.parameters;
+    std::size_t next = 0;  // where to look first: a list of colliders has very many, in the order of the policy
     Policy restored = policy;
     for_parameters(restored, [&](const std::string& name, const char*, auto& value) {
-        const auto found = by_name.find(name);
-        if (found == by_name.end() || found->second->values.empty()) detail::throw_no_parameter(group, name);
-        const std::vector<double>& values = found->second->values;
+        const auto is_it = [&](const StateParameter& p) { return p.group == group && p.name == name; };
+        std::size_t tried = 0;
+        for (; tried < all.size() && !is_it(all[next % all.size()]); ++tried) ++next;
+        if (tried == all.size()) detail::throw_no_parameter(group, name);
+        const std::vector<double>& values = all[next++ % all.size()].values;
         if (values.size() != detail::as_doubles(value).size())
             throw io_error(sentence("The state has ", values.size(), " values for ", group, "/", name,
                                     "; the simulation's policy needs ", detail::as_doubles(value).size(), "."));
