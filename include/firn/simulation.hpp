@@ -86,7 +86,7 @@ public:
     static_assert(transfer<Transfer> && force<Force> && volumetric<Volume> && firn::contact_law<Law>);
     /// Always true. If the boundary has another precision or dimension than the simulation, the compiler stops with a
     /// message.
-    static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
+    static constexpr bool boundary_fits = detail::require_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;    ///< The type of the material, or `Materials<…>`.
@@ -364,7 +364,7 @@ private:
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? bound_.reason(step_inputs()) : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         if constexpr (requires { contact.check(); }) contact.check();
-        static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
+        if constexpr (boundary_fits) static_cast<void>(lift<native_pack<S>>(boundary));  // checks it before any change
         const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
         ranks().use_mirrors(mirrors.planes);
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;

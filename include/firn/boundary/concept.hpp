@@ -10,6 +10,8 @@
 ///
 /// and may have
 ///
+///     Vec velocity(x, v, mass, dt)       in place of velocity(x, v), for boundaries that act with a force: the mass of
+///                                        the node [kg] and the time step [s] turn a force into a change of velocity
 ///     void check()                       throws parameter_error if a parameter is out of range
 ///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
@@ -28,6 +30,7 @@
 #pragma once
 
 #include <firn/boundary/at_once.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
@@ -43,6 +46,13 @@ template <class B, class S, int D>
 concept changes_velocity = requires(const B b, const Vec<S, D> v) {
     { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
+/// Whether B has a function `velocity(position, velocity, mass, dt)`, for boundaries that act with a force. firn then
+/// calls this function, with the mass of the node [kg], which is positive, and the time step [s], and not
+/// velocity(position, velocity). Each contact group at a node has a mass and a velocity of its own.
+template <class B, class S, int D>
+concept acts_by_force = requires(const B b, const Vec<S, D> v, const S s) {
+    { detail::in_own_terms(b.velocity(v, v, s, s)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity, …)
+};
 /// Whether B has a function `reaches(lower, upper)`. The function returns true if the boundary may change nodes in the
 /// box [lower, upper] [m]. If the result is false, firn may skip all nodes in the box.
 template <class B, int D>
@@ -52,7 +62,34 @@ concept says_where = requires(const B b, const Vec<double, D> x) {
 
 /// Whether B is a boundary in D dimensions with scalar type S.
 template <class B, class S, int D>
-concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
+concept boundary = (changes_velocity<B, S, D> || acts_by_force<B, S, D>) && says_where<B, D>;
+
+/// The mass of a node [kg] and the time step [s], for boundaries that act with a force. \see acts_by_force
+template <class S>
+struct NodeInertia {
+    S mass, dt;
+};
+/// In place of a NodeInertia where the mass and the time step are not known.
+struct NoInertia {};
+
+/// Returns the velocity [m/s] of a node at x [m] after a boundary has acted; v [m/s] is the node's velocity before.
+/// \param inertia  the mass of the node and the time step
+template <class B, class S, int D, class Inertia>
+FIRN_INLINE Vec<S, D> velocity_after(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v,
+                                     const Inertia& inertia) {
+    if constexpr (!acts_by_force<B, S, D>) {
+        return Vec<S, D>(detail::in_own_terms(boundary.velocity(x, v)));
+    } else {
+        constexpr bool known = std::same_as<Inertia, NodeInertia<S>>;
+        static_assert(known,
+                      "firn: this boundary has velocity(x, v, mass, dt), so it acts in grid_update() and in a "
+                      "Simulation, which know the mass of the node and the time step. Here they are not known.");
+        if constexpr (known)
+            return Vec<S, D>(detail::in_own_terms(boundary.velocity(x, v, inertia.mass, inertia.dt)));
+        else
+            return v;
+    }
+}
 
 namespace detail {
 template <class T, int N>
@@ -98,14 +135,44 @@ template <template <class...> class All, class... B, class S, int D>
     requires(requires { made_for<All<B...>>::D; } && has_boundaries<All<B...>>)
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// Returns true if B is made for nodes with scalar type S in D dimensions. If B is made for a different S or D, the
-/// compilation stops with a message.
+/// Whether B, converted to the lanes in which nodes are computed, changes their velocities.
+template <class B, class P, int D>
+concept acts_in_lanes = changes_velocity<with_scalar_t<B, P>, P, D> || acts_by_force<with_scalar_t<B, P>, P, D>;
+
+/// Checks a boundary, or each of the boundaries of which it consists. If one of them does not offer what a boundary
+/// must, the compilation stops with a message.
+/// @{
 template <class B, class S, int D>
-consteval bool require_fitting_boundary() {
+struct boundary_offers : std::true_type {
+    static_assert(says_where<B, D>,
+                  "firn: a boundary offers `bool reaches(lower, upper) const`, with two firn::Vec<double, D>: whether "
+                  "it may change nodes in this box [m]; see firn/boundary/concept.hpp.");
+    static_assert(can_be_lifted<B>,
+                  "firn: a boundary that is a template over its scalar lists its parameters in a static function "
+                  "parameters(); see firn/core/parameters.hpp.");
+    static_assert(!can_be_lifted<B> || acts_in_lanes<B, native_pack<S>, D>,
+                  "firn: a boundary offers `template <class S> firn::Vec<S, D> velocity(const firn::Vec<S, D>& x, const "
+                  "firn::Vec<S, D>& v) const` for every scalar S, because firn calls it with many nodes at once; or "
+                  "the same with `const S& mass, const S& dt` in addition. It is no function of float or double alone; "
+                  "see firn/boundary/concept.hpp.");
+    static constexpr bool value = can_be_lifted<B> && acts_in_lanes<B, native_pack<S>, D> && says_where<B, D>;
+};
+template <template <class...> class All, class... B, class S, int D>
+    requires has_boundaries<All<B...>>
+struct boundary_offers<All<B...>, S, D> : std::conjunction<boundary_offers<B, S, D>...> {};
+/// @}
+
+/// Returns true if B is a boundary for nodes with scalar type S in D dimensions. If B is not, the compilation stops
+/// with a message.
+template <class B, class S, int D>
+consteval bool require_boundary() {
     static_assert(boundary_fits<B, S, D>::value,
                   "firn: the boundary is of another precision or dimension than the particles and the grid. With "
                   "FixedCorotated<float> in 3D, use Walls<float, 3> and Collider<Sphere<float, 3>>.");
-    return boundary_fits<B, S, D>::value;
+    if constexpr (boundary_fits<B, S, D>::value)
+        return boundary_offers<B, S, D>::value;
+    else
+        return false;
 }
 }  // namespace detail
 
@@ -218,10 +285,11 @@ inline constexpr bool looks_at_matter = requires { Seen::looks_at_matter; };
 /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
 /// \param seen    a function, called as seen(first + k, before, after) for what part k does, with velocities [m/s] of
 ///                the node. Each difference is the share of this part; their sum is the whole change
+/// \param inertia  the mass of the node and the time step, for parts that act with a force
 /// \param first   the index that `seen` gets for part 0 of the boundary
-template <class B, class S, int D, class Others, class Seen>
+template <class B, class S, int D, class Others, class Seen, class Inertia = NoInertia>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
-                                     const Seen& seen, int first = 0) {
+                                     const Seen& seen, const Inertia& inertia = {}, int first = 0) {
     NodeAtSurfaces<S, D> node(v);
     for_parts(
         boundary, others,
@@ -237,7 +305,7 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
         [&]<class Part>(const Part& part, const auto&, int k) FIRN_LAMBDA {
             if constexpr (!has_acting_surfaces<Part, S, D>) {
                 const Vec<S, D> before = after;
-                after = Vec<S, D>(detail::in_own_terms(part.velocity(x, before)));
+                after = velocity_after(part, x, before, inertia);
                 seen(k, before, after);
             }
         },

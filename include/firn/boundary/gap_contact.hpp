@@ -271,7 +271,11 @@ Vec<double, D> velocity_by_gap(const B& boundary, const Vec<double, D>& x, const
     for_parts(boundary, NoOthers{}, [&]<class Part>(const Part& part, const auto&, int k) {
         if constexpr (!has_acting_surfaces<Part, double, D>) {
             constexpr bool fits = has_velocity_by_gap<Part, D, Act>;
-            static_assert(fits,
+            static_assert(fits || !acts_by_force<Part, double, D>,
+                          "firn: velocity(x, v, mass, dt) is not called inside of a GapContact, where surfaces act by "
+                          "the gap of particles. Leave GapContact out, or give this boundary velocity_by_gap(x, v, "
+                          "act), see firn/boundary/gap_contact.hpp.");
+            static_assert(fits || acts_by_force<Part, double, D>,
                           "firn: this boundary cannot act by the gap of particles. A boundary in a GapContact must "
                           "have velocity_by_gap(x, v, act), see firn/boundary/gap_contact.hpp.");
             if constexpr (fits) {

@@ -43,6 +43,11 @@ struct InMetres {
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return detail::in_own_terms(boundary.velocity(x + cast<S>(corner), v));
     }
+    template <class S>
+        requires acts_by_force<B, S, D>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v, const S& mass, const S& dt) const {
+        return detail::in_own_terms(boundary.velocity(x + cast<S>(corner), v, mass, dt));
+    }
     template <class S, class Seen>
         requires has_surfaces<B, S, D>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {

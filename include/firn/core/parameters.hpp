@@ -23,6 +23,7 @@
 
 #include <string>
 #include <tuple>
+#include <type_traits>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -74,9 +75,25 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
+/// A policy that lift() can convert to another scalar: a policy without a scalar, one that lists its parameters, or one
+/// with a function lifted().
+template <class P>
+concept can_be_lifted = std::same_as<with_scalar_t<P, float>, with_scalar_t<P, double>> || has_parameters<P> ||
+                        requires(const P policy) { policy.template lifted<double>(); };
+
 /// A policy whose member `all` is a list of other policies. The length of this list is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
+
+namespace detail {
+template <class T>
+inline constexpr bool is_vector = false;
+template <class S, int D>
+inline constexpr bool is_vector<Vec<S, D>> = true;
+/// Whether a parameter of type T is an inner policy, not a number or a vector.
+template <class T>
+concept is_policy = std::is_class_v<T> && !scalar<T> && !is_vector<T>;
+}  // namespace detail
 
 // lift() is declared here because lift_value() calls lift() for policies that are parameters of other policies.
 template <class T, class P>
@@ -97,7 +114,7 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }  // namespace detail
 
 /// Calls f(name, unit, value) for every scalar and every vector among the parameters of a policy. The parameters of its
-/// inner policies are included. For a list of policies, each name begins with the index of the policy in the list:
+/// inner policies are included; an inner policy without a list of parameters has none. For a list of policies, each name begins with the index of the policy in the list:
 /// "0_", "1_", … For a type without parameters, f is not called.
 /// \param before  text that is put in front of all names
 template <class P, class F>
@@ -108,7 +125,7 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
                 [[maybe_unused]] const auto visit = [&](const auto& one) {
                     auto& value = one.of(policy);
                     using Value = std::remove_cvref_t<decltype(value)>;
-                    if constexpr (has_parameters<Value> || is_list<Value>)
+                    if constexpr (detail::is_policy<Value>)
                         for_parameters(value, f, before + one.name + "_");
                     else
                         f(before + one.name, one.unit, value);
@@ -130,10 +147,12 @@ FIRN_INLINE auto lift(const P& policy) {
         return policy;
     } else if constexpr (requires { policy.template lifted<T>(); }) {
         return policy.template lifted<T>();
-    } else {
-        static_assert(has_parameters<P>,
+    } else if constexpr (!has_parameters<P>) {
+        static_assert(can_be_lifted<P>,
                       "firn: a policy with a scalar parameter type must list its fields in a static "
                       "function parameters(); see firn/core/parameters.hpp.");
+        return Lifted{};
+    } else {
         Lifted lifted{};
         constexpr auto from = P::parameters();
         constexpr auto to = Lifted::parameters();

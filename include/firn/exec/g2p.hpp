@@ -143,7 +143,7 @@ private:
                             const G2PSums<P, D>& sums, [[maybe_unused]] const Average& average, const Vec<P, D>& before,
                             Seen& seen) const {
         const View view = view_;  // a local copy, so that the compiler computes addresses only once
-        auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
+        auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_), transfer_);
         if constexpr (Volume::averages_volume)
             taken.velocity_gradient = Volume::velocity_gradient(taken.velocity_gradient, average);
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
@@ -219,7 +219,7 @@ template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, c
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                     const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material,
                     double dt, const Transfer& transfer) {
-    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     if constexpr (requires { transfer.check(); }) transfer.check();
     grid.require_active(partition);
     if (blends_velocities<Transfer> && grid.block_count() > 0 && !grid.layer(1))

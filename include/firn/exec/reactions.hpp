@@ -81,11 +81,11 @@ void begin_reactions(Reactions<D>& reactions, const Boundary& boundary) {
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;
-    const P& mass;
+    const P& mass_of_node;  // 0 for a node without matter
     Reaction<D>* parts;
     const Vec<double, D>& corner;
 
-    FIRN_INLINE Vec<P, D> velocity(const Vec<P, D>& x, const Vec<P, D>& v) const {
+    FIRN_INLINE Vec<P, D> velocity(const Vec<P, D>& x, const Vec<P, D>& v, const P& mass, const P& dt) const {
         const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) {
             Reaction<D>& sum = parts[part];
             for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
@@ -94,10 +94,10 @@ struct Watched {
                     at[a] = double(lane_value(x[a], lane)) + corner[a];
                     change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
                 }
-                add_impulse(sum, at, double(lane_value(mass, lane)), change);
+                add_impulse(sum, at, double(lane_value(mass_of_node, lane)), change);
             }
         };
-        return velocity_among(boundary, x, v, NoOthers{}, add);
+        return velocity_among(boundary, x, v, NoOthers{}, add, NodeInertia<P>{mass, dt});
     }
 };
 

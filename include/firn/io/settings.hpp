@@ -57,7 +57,7 @@ struct Settings {
                         [[maybe_unused]] const auto visit = [&](const auto& one) {
                             const auto& value = one.of(policy);
                             using Value = std::remove_cvref_t<decltype(value)>;
-                            if constexpr (has_parameters<Value> || is_list<Value>) add(path + "_" + one.name, value);
+                            if constexpr (is_policy<Value>) add(path + "_" + one.name, value);
                         };
                         (visit(each), ...);
                     },

@@ -36,8 +36,10 @@ struct G2PResult {
 /// of MLS forces is V0 τ : B D⁻¹ (Hu et al. 2018, §4). With gradients of weights it is Σ v_i ⊗ ∇N_i, with the
 /// velocities v_i and the weights N_i of the nodes.
 /// \param d  the particle's position relative to its centre node [cells];  \param h  cell size [m]
-template <class Kernel, class Transfer, class Force, scalar S, int D>
-FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
+/// \param transfer  the transfer with scalar type S
+template <class Kernel, class Transfer, class Force, scalar S, int D, class Lifted = with_scalar_t<Transfer, S>>
+FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h,
+                                           [[maybe_unused]] const Lifted& transfer = {}) {
     constexpr bool moment = g2p_needs_moment<Kernel, Transfer, Force>;
     Mat<S, D> C;
     if constexpr (!moment) {
@@ -53,7 +55,7 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     }
     G2PResult<S, D> result;
     result.velocity = sums.velocity;
-    result.affine = Transfer::affine_field(C);
+    result.affine = transfer.affine_field(C);
     if constexpr (moment && g2p_needs_gradient<Kernel, Transfer, Force>)
         result.velocity_gradient = sums.gradient * (S(1) / h);
     else

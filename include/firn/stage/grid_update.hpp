@@ -1,6 +1,7 @@
 /// \file The grid update of one node, between P2G and G2P: momentum becomes velocity, forces act, the boundary applies.
 #pragma once
 
+#include <firn/boundary/concept.hpp>
 #include <firn/core/tensor.hpp>
 
 #include <limits>
@@ -95,10 +96,11 @@ template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
                                     const Acceleration& acceleration, const S& dt, const Boundary& boundary) {
     const auto filled = mass >= S(std::numeric_limits<value_type_t<S>>::min());
-    const S per_mass = named("per_mass", S(1) / select(filled, mass, S(1)));
+    const S positive = select(filled, mass, S(1));
+    const S per_mass = named("per_mass", S(1) / positive);
     const Vec<S, D> before = momentum * per_mass;
     const Vec<S, D> v = before + acceleration_at(acceleration, position, before, dt) * dt;
-    return select(filled, detail::in_own_terms(boundary.velocity(position, v)), Vec<S, D>::zero());
+    return select(filled, velocity_after(boundary, position, v, NodeInertia<S>{positive, dt}), Vec<S, D>::zero());
 }
 
 /// A boundary without effect, for nodes that no wall or collider affects, and for passes in which no boundary acts.

@@ -18,16 +18,17 @@ template <class T>
 concept has_affine_flag = requires {
     { T::affine } -> std::convertible_to<bool>;
 };
-/// Whether T has a function `affine_field(C)`. The function returns the part of the affine field C [1/s] that a
-/// particle keeps after a step.
+/// Whether T has a function `affine_field(C)`, static or const. The function returns the part of the affine field C
+/// [1/s] that a particle keeps after a step. It may use the parameters of T.
 template <class T, class S, int D>
-concept has_affine_field = requires(const Mat<S, D> C) {
-    { T::affine_field(C) } -> std::same_as<Mat<S, D>>;
+concept has_affine_field = requires(const T t, const Mat<S, D> C) {
+    { t.affine_field(C) } -> std::same_as<Mat<S, D>>;
 };
 
 /// Whether T is a transfer scheme: T has a constant `affine` and a function `affine_field(C)`.
 template <class T>
-concept transfer = has_affine_flag<T> && has_affine_field<T, float, 3> && has_affine_field<T, double, 2>;
+concept transfer = has_affine_flag<T> && has_affine_field<with_scalar_t<T, float>, float, 3> &&
+                   has_affine_field<with_scalar_t<T, double>, double, 2>;
 
 // A transfer scheme may also blend velocities or refine velocities. Both need more passes over the particles in each
 // step, see exec/transfer_passes.hpp.
@@ -53,6 +54,17 @@ concept has_blended = requires(const T t, const Vec<S, D> v, const Mat<S, D> gra
 template <class T>
 inline constexpr bool blends_velocities = has_blended<with_scalar_t<T, float>, float, 3>;
 
+namespace detail {
+struct has_blended_too {
+    int blended;
+};
+template <class T>
+struct with_two_blended : T, has_blended_too {};
+/// Whether T has a member `blended` of any kind: a second one makes the name ambiguous.
+template <class T>
+concept has_member_blended = std::is_class_v<T> && !std::is_final_v<T> && !requires { &with_two_blended<T>::blended; };
+}  // namespace detail
+
 /// Checks that a share, such as the blending ratio of a transfer scheme, is from 0 to 1.
 /// \param scheme  name of the transfer scheme, for the message
 /// \param name    name of the share, for the message
@@ -69,5 +81,22 @@ template <class T>
 inline constexpr bool refines_velocities = requires(const T t) {
     { t.order } -> std::convertible_to<int>;
 };
+
+/// Returns true if T is a transfer scheme. If T is not, the compilation stops with a message.
+template <class T>
+consteval bool require_transfer() {
+    static_assert(has_affine_flag<T>,
+                  "firn: a transfer says whether particles carry an affine field: static constexpr bool affine = true.");
+    static_assert(has_affine_field<with_scalar_t<T, float>, float, 3> &&
+                      has_affine_field<with_scalar_t<T, double>, double, 2>,
+                  "firn: a transfer offers `template <class T, int D> firn::Mat<T, D> affine_field(const firn::Mat<T, "
+                  "D>& C) const`, which returns what a particle keeps of C; see firn/transfer/concept.hpp.");
+    static_assert(!detail::has_member_blended<T> || blends_velocities<T>,
+                  "firn: the function blended() of this transfer cannot be called: it offers `template <class T, int D> "
+                  "firn::ParticleVelocity<T, D> blended(after, before, own, gradient) const`, with three firn::Vec<T, "
+                  "D> and a firn::Mat<T, D>; see firn/transfer/concept.hpp.");
+    static_assert(std::default_initializable<T>, "firn: a transfer has a value for each of its parameters by default.");
+    return transfer<T>;
+}
 
 }  // namespace firn::inline FIRN_BUILD

@@ -231,7 +231,7 @@ void add_mirrors(Module& module, const Boundary& boundary, const std::vector<Mir
 /// Adds the functions of G2P to the module: sum_axis0, … (sums over the nodes along one axis), take_from_grid (a
 /// particle's new velocity and velocity gradient) and moved_by (a particle's new position). \see stage/g2p.hpp
 template <class Kernel, class Transfer, class Force, int D>
-void add_g2p(Module& module) {
+void add_g2p(Module& module, const Transfer& transfer) {
     using R = recorded;
     using V = Vec<R, D>;
     constexpr bool sum_moments = g2p_needs_moment<Kernel, Transfer, Force>;
@@ -249,8 +249,9 @@ void add_g2p(Module& module) {
                                          if constexpr (sum_gradients)
                                              all.gradient(i, a) = sums.gradient[std::size_t(a)][i];
                                      }
-                                 return take_from_grid<Kernel, Transfer, Force>(all, from_centre<Kernel>(fraction),
-                                                                                detail::cell_size());
+                                 return take_from_grid<Kernel, Transfer, Force>(
+                                     all, from_centre<Kernel>(fraction), detail::cell_size(),
+                                     detail::with_uniforms(transfer, "transfer"));
                              });
     module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
                              {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {

@@ -73,7 +73,8 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
 /// acceleration field and volumetric policy.
 ///
-/// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
+/// The parameters of the policies become uniforms of the program, which the host can change between steps: the blend
+/// of a transfer of your own, for example. Other
 /// members of the policies, such as the contact of a wall, become fixed parts of the program's text; so do the
 /// parameters of a volumetric policy. A filter of volume ratios counts the steps since the host set the status to 0.
 ///
@@ -84,12 +85,13 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
+/// \param transfer         the transfer with its parameters, which become uniforms
 /// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
-                     int workgroup_size = 64) {
-    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+                     int workgroup_size = 64, const Transfer& transfer = {}) {
+    static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
@@ -146,6 +148,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
+    uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
@@ -164,7 +167,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
         add_mirrors<Kernel, D>(module, boundary, walls);
     }
-    add_g2p<Kernel, Transfer, Force, D>(module);
+    add_g2p<Kernel, Transfer, Force, D>(module, transfer);
     add_material<D>(module, material);
     if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
     if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
@@ -193,8 +196,8 @@ Program make_program(const Material&, const Boundary&, const Field&, const Law&,
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
-                     int workgroup_size = 64) {
-    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size);
+                     int workgroup_size = 64, const Transfer& transfer = {}) {
+    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size, transfer);
 }
 
 }  // namespace firn::inline FIRN_BUILD::wgsl
