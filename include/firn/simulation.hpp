@@ -82,8 +82,7 @@ class Simulation
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
-    static_assert(require_kernel<Kernel>());
-    static_assert(transfer<Transfer> && force<Force> && volumetric<Volume> && firn::contact_law<Law>);
+    static_assert(detail::require_each<Kernel, Transfer, Force, Volume, Law>());
     /// Always true. If the boundary has another precision or dimension than the simulation, the compiler stops with a
     /// message.
     static constexpr bool boundary_fits = detail::require_boundary<Boundary, detail::precision_of_t<List>, D>();
@@ -148,6 +147,16 @@ public:
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
         static_assert(N == D, "firn: this domain has another dimension than the simulation.");
     }
+    /// This overload does not compile: the compiler prints a message that the type of the simulation does not name the
+    /// material.
+    template <class Given, class... Rest>
+        requires(!std::convertible_to<const Given&, const Material&>)
+    Simulation(const std::type_identity_t<Domain<D>>&, const Given&, const Rest&...) : Simulation(Domain<D>{}) {
+        static_assert(std::same_as<Given, Material>,
+                      "firn: after the domain, a simulation is given a material of the type that it names; "
+                      "Simulation<3> names FixedCorotated<float>. Leave its template arguments out, firn::Simulation "
+                      "simulation(domain, Sand<float>{}), or name the material: firn::Simulation<3, Sand<float>>.");
+    }
 
     using Stepper<D>::gravity;
     /// A function that receives the text of each warning. Each of these warnings is given once:
@@ -171,8 +180,8 @@ public:
     /// The impulses between contact groups in the last step. They are computed only if `contact_impulses` holds a value
     /// when the step begins: call `simulation.contact_impulses.emplace()`.
     std::optional<ContactImpulses<D>> contact_impulses{};
-    /// The impulse and the angular impulse that each part of the boundary exerted on matter in the last step. They are
-    /// computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
+    /// The impulse and the angular impulse that each part of the boundary, and each load, exerted on matter in the last
+    /// step. They are computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
     std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
     /// The largest number of steps between two sorts of the particles; 0: no such limit. If this number is not 0,
@@ -218,10 +227,13 @@ public:
     double stable_time_step() { return stable_time_step(gravity); }
     /// Returns the bound [s] with this acceleration in place of `gravity`: a vector [m/s²] or a field. What counts of a
     /// field is the largest acceleration at nodes in the last step, or at particles if the last step had no field.
-    template <class Acceleration>
+    template <class Acceleration = Vec<double, D>>
     double stable_time_step(const Acceleration& acceleration) {
-        const double bound = find_bound(detail::own_acceleration<D>(acceleration));
-        return std::isfinite(bound) ? bound : detail::throw_at_rest();
+        if constexpr (detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
+            const double bound = find_bound(detail::own_acceleration<D>(acceleration));
+            return std::isfinite(bound) ? bound : detail::throw_at_rest();
+        }
+        return 0;
     }
 
     /// Takes one step under gravity. The time step is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is
@@ -236,9 +248,11 @@ public:
     /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable that takes a position Vec<P, D> [m],
     ///                      for any scalar type P. \see acceleration_at
     /// \throws parameter_error, particle_error, overflow_error  in the same cases as step()
-    template <class Acceleration>
+    template <class Acceleration = Vec<double, D>>
     void step(const Acceleration& acceleration) {
-        take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), now_.steps + 1);
+        if constexpr (detail::require_acceleration<Acceleration, native_pack<S>, D>())
+            take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(),
+                       now_.steps + 1);
     }
 
     /// Takes steps until `duration` [s] has passed. The last step is shortened to end at that time.
@@ -247,13 +261,14 @@ public:
     void advance(double duration);
     /// Takes steps until `duration` [s] has passed, with this acceleration in place of `gravity`.
     /// \param acceleration  a vector [m/s²] or a field, as for step()
-    template <class Acceleration>
+    template <class Acceleration = Vec<double, D>>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(
                 sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
-        take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
-                   std::numeric_limits<std::uint64_t>::max());
+        if constexpr (detail::require_acceleration<Acceleration, native_pack<S>, D>())
+            take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
+                       std::numeric_limits<std::uint64_t>::max());
     }
 
     /// Replaces the particles of a material by stored ones, and sets the time and the number of steps taken to those of
@@ -379,7 +394,13 @@ private:
             }
         });
         if (sorted) activate();
-        for_sets([&](auto& set) { set.push(now_, dt, workers()); });
+        detail::LoadSums<D> of_loads;
+        for_sets([&](auto& set) {
+            set.push(now_, dt, workers(),
+                     {std::uint32_t(number_of(set)), reactions ? reactions->about : std::nullopt,
+                      reactions ? &of_loads : nullptr});
+        });
+        if (reactions) of_loads.tell(*reactions, ranks());
         if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
         double largest = 0;
         if constexpr (acts_by_gap<Boundary>) {
@@ -555,45 +576,6 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::boundary,
                   typename detail::chosen<D, Material, Policies...>::volume,
                   typename detail::chosen<D, Material, Policies...>::contact>;
-
-// Functions that take long to compile are defined outside of the class, so that they are not inline. A file that
-// declares the simulation as `extern template class` does not compile these functions again.
-
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::step() {
-    step(gravity);
-}
-
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::advance(double duration) {
-    advance(duration, gravity);
-}
-
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
-    if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
-        detail::throw_spoiled(now_.steps);
-    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });
-    if (!any_set([](const auto& set) { return !set.readiness.is(Readiness::prepared); })) return;
-    double fastest = 0;
-    parallel_region(workers(), [&] {
-        for_sets([&](auto& set) {
-            if (!set.readiness.is(Readiness::prepared)) prepare(set);
-        });
-        ranks().join_reports(sets_);
-        for_sets([&](const auto& set) {
-            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
-        });
-    });
-    if (!std::isfinite(fastest) || !(fastest > 0 || detail::may_have_particles(sets_, ranks()))) {
-        for_sets([](auto& set) { set.readiness.unprepare(); });
-        detail::throw_wrong_signal(fastest);
-    }
-    activate();
-}
 
 }  // namespace firn::inline FIRN_BUILD
 

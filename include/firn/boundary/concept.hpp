@@ -135,31 +135,35 @@ template <template <class...> class All, class... B, class S, int D>
     requires(requires { made_for<All<B...>>::D; } && has_boundaries<All<B...>>)
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// Whether B, converted to the lanes in which nodes are computed, changes their velocities.
-template <class B, class P, int D>
-concept acts_in_lanes = changes_velocity<with_scalar_t<B, P>, P, D> || acts_by_force<with_scalar_t<B, P>, P, D>;
+/// Whether B, converted to the scalar type P, changes the velocities of nodes.
+template <class P, class B, int D>
+concept acts_in = changes_velocity<with_scalar_t<B, P>, P, D> || acts_by_force<with_scalar_t<B, P>, P, D>;
 
-/// Checks a boundary, or each of the boundaries of which it consists. If one of them does not offer what a boundary
-/// must, the compilation stops with a message.
+/// Returns true if a boundary, or each of the boundaries of which it consists, offers what a boundary must. If one does
+/// not, the compilation stops with a message.
+/// \tparam P  the scalar type in which nodes are computed
 /// @{
-template <class B, class S, int D>
-struct boundary_offers : std::true_type {
+template <class P, int D, class B>
+consteval bool require_offers(std::type_identity<B>) {
     static_assert(says_where<B, D>,
                   "firn: a boundary offers `bool reaches(lower, upper) const`, with two firn::Vec<double, D>: whether "
                   "it may change nodes in this box [m]; see firn/boundary/concept.hpp.");
     static_assert(can_be_lifted<B>,
                   "firn: a boundary that is a template over its scalar lists its parameters in a static function "
                   "parameters(); see firn/core/parameters.hpp.");
-    static_assert(!can_be_lifted<B> || acts_in_lanes<B, native_pack<S>, D>,
+    constexpr bool acts = !can_be_lifted<B> || acts_in<P, B, D>;
+    static_assert(acts,
                   "firn: a boundary offers `template <class S> firn::Vec<S, D> velocity(const firn::Vec<S, D>& x, const "
                   "firn::Vec<S, D>& v) const` for every scalar S, because firn calls it with many nodes at once; or "
                   "the same with `const S& mass, const S& dt` in addition. It is no function of float or double alone; "
                   "see firn/boundary/concept.hpp.");
-    static constexpr bool value = can_be_lifted<B> && acts_in_lanes<B, native_pack<S>, D> && says_where<B, D>;
-};
-template <template <class...> class All, class... B, class S, int D>
+    return says_where<B, D> && can_be_lifted<B> && acts;
+}
+template <class P, int D, template <class...> class All, class... B>
     requires has_boundaries<All<B...>>
-struct boundary_offers<All<B...>, S, D> : std::conjunction<boundary_offers<B, S, D>...> {};
+consteval bool require_offers(std::type_identity<All<B...>>) {
+    return (require_offers<P, D>(std::type_identity<B>{}) && ...);
+}
 /// @}
 
 /// Returns true if B is a boundary for nodes with scalar type S in D dimensions. If B is not, the compilation stops
@@ -170,7 +174,7 @@ consteval bool require_boundary() {
                   "firn: the boundary is of another precision or dimension than the particles and the grid. With "
                   "FixedCorotated<float> in 3D, use Walls<float, 3> and Collider<Sphere<float, 3>>.");
     if constexpr (boundary_fits<B, S, D>::value)
-        return boundary_offers<B, S, D>::value;
+        return require_offers<native_pack<S>, D>(std::type_identity<B>{});
     else
         return false;
 }

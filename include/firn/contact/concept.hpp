@@ -85,4 +85,15 @@ double reach_of(const Law& law) {
         return 0;
 }
 
+/// Returns true if L is a contact law. If L is not, the compilation stops with a message.
+template <class L>
+consteval bool require_contact_law() {
+    static_assert(has_between_groups_flag<L>,
+                  "firn: a contact law says that groups meet by it: static constexpr bool between_groups = true.");
+    static_assert(contact_law<L> || !has_between_groups_flag<L>,
+                  "firn: a contact law offers `template <int D> firn::Vec<double, D> relative_velocity(int a, int b, "
+                  "const firn::Meeting<double, D>& meeting) const`, for 2D and 3D; see firn/contact/concept.hpp.");
+    return contact_law<L>;
+}
+
 }  // namespace firn::inline FIRN_BUILD

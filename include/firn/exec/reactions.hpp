@@ -2,11 +2,13 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/core/error.hpp>
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/math/rotor.hpp>
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -33,6 +35,21 @@ struct Reaction {
     }
 };
 
+/// The name of a load, which SetAccess::add_load() returns. It stays the name of this load.
+struct LoadId {
+    std::uint32_t material = 0,  ///< index of the material in the list of materials
+        number = 0;              ///< how many loads of this material were added before
+
+    bool operator==(const LoadId&) const = default;
+};
+
+/// What a load exerted on matter in a step.
+template <int D>
+struct LoadReaction {
+    LoadId load;           ///< the load
+    Reaction<D> reaction;  ///< its impulse and angular impulse, summed over the particles
+};
+
 /// The reactions of all parts of a boundary, computed by grid_update(). A boundary of class Together or BoundaryList
 /// has several parts. The impulses on the nodes of a block are summed in double. The sums over blocks are exact and are
 /// rounded once, so reactions have the same bits for any number of threads and ranks, and for any order of the blocks.
@@ -43,6 +60,19 @@ struct Reactions {
     /// of the part, or the origin if the part has no position.
     std::optional<Vec<double, D>> about{};
     std::vector<Reaction<D>> parts{};  ///< One reaction for each part, in the order of the parts.
+    /// One for each load that acted in the step, by a Simulation only, in the order of the materials and of add_load().
+    /// The sums over particles are exact and rounded once, too.
+    std::vector<LoadReaction<D>> loads{};
+
+    /// Returns what a load exerted on matter in the last step.
+    /// \throws parameter_error  if the load did not act in that step
+    const Reaction<D>& of(const LoadId& load) const {
+        for (const LoadReaction<D>& one : loads)
+            if (one.load == load) return one.reaction;
+        throw parameter_error(sentence("Load ", load.number, " of material ", load.material,
+                                       " did not act in the last step: it was removed, or added after the step. Give "
+                                       "what add_load() has returned, and step() with `reactions` first."));
+    }
 };
 
 namespace detail {

@@ -45,4 +45,15 @@ template <class F>
 concept force =
     has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
 
+/// Returns true if F is a force form. If F is not, the compilation stops with a message.
+template <class F>
+consteval bool require_force() {
+    static_assert(has_gradient_flag<F> && has_inertia_flag<F>,
+                  "firn: a force form says what it needs: static constexpr bool weight_gradients and needs_inertia.");
+    static_assert(!has_gradient_flag<F> || !has_inertia_flag<F> || force<F>,
+                  "firn: a force form offers static functions affine_part(impulse, D_inverse, h) and "
+                  "gradient_part(impulse, h), which return a Mat for every scalar; see firn/force/concept.hpp.");
+    return force<F>;
+}
+
 }  // namespace firn::inline FIRN_BUILD

@@ -5,6 +5,45 @@
 
 namespace firn::inline FIRN_BUILD {
 
+// Functions that take long to compile are defined outside of the class, so that they are not inline. A file that
+// declares the simulation as `extern template class` does not compile these functions again.
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::step() {
+    step(gravity);
+}
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::advance(double duration) {
+    advance(duration, gravity);
+}
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
+    if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
+        detail::throw_spoiled(now_.steps);
+    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });
+    if (!any_set([](const auto& set) { return !set.readiness.is(Readiness::prepared); })) return;
+    double fastest = 0;
+    parallel_region(workers(), [&] {
+        for_sets([&](auto& set) {
+            if (!set.readiness.is(Readiness::prepared)) prepare(set);
+        });
+        ranks().join_reports(sets_);
+        for_sets([&](const auto& set) {
+            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
+        });
+    });
+    if (!std::isfinite(fastest) || !(fastest > 0 || detail::may_have_particles(sets_, ranks()))) {
+        for_sets([](auto& set) { set.readiness.unprepare(); });
+        detail::throw_wrong_signal(fastest);
+    }
+    activate();
+}
+
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
           class Volume, class Law>
 Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::add_to(

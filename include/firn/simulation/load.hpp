@@ -6,6 +6,7 @@
 #include <firn/simulation/push.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -29,9 +30,21 @@ template <std::floating_point S, int D>
 class Loads final : public Push<S, D> {
 public:
     std::unique_ptr<Push<S, D>> copy() const override { return std::make_unique<Loads>(*this); }
-    void add(Load<D> load) {
+    /// Returns the number of the load.
+    std::uint32_t add(Load<D> load) {
         loads_.push_back(std::move(load));
+        numbers_.push_back(next_);
         forget();
+        return next_++;
+    }
+    /// Removes a load. Returns whether there was one with this number.
+    bool remove(std::uint32_t number) {
+        const auto found = std::ranges::find(numbers_, number);
+        if (found == numbers_.end()) return false;
+        loads_.erase(loads_.begin() + (found - numbers_.begin()));
+        numbers_.erase(found);
+        forget();
+        return true;
     }
 
     /// Keeps the forces for the push() that follows, if there is only one load.
@@ -57,23 +70,51 @@ public:
     }
     void forget() override { are_known_ = false; }
 
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
-        for (const Load<D>& load : loads_) {
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
+              const SumsOfSet<D>& sums) override {
+        for (std::size_t k = 0; k < loads_.size(); ++k) {
             LowestId wrong;
-            for_particles(particles, threads, [&](std::size_t slot, int) {
-                if (!load.body.holds(particles.id(slot))) return;
-                const Vec<double, D> force =
-                    are_known_ ? known_[slot] : load.force(particles.exact_position(slot), now.time);
-                const Vec<S, D> after = particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
-                particles.set_velocity(slot, after);
-                if (!is_finite(after)) wrong.see(particles.id(slot));
-            });
+            const auto push_all = [&](const auto& seen) {
+                for_particles(particles, threads, [&](std::size_t slot, int thread) {
+                    if (!loads_[k].body.holds(particles.id(slot))) return;
+                    const Vec<double, D> force =
+                        are_known_ ? known_[slot] : loads_[k].force(particles.exact_position(slot), now.time);
+                    const Vec<S, D> before = particles.velocity(slot);
+                    const Vec<S, D> after = before + cast<S>(force * (dt / double(particles.mass(slot))));
+                    particles.set_velocity(slot, after);
+                    if (!is_finite(after)) wrong.see(particles.id(slot));
+                    seen(slot, before, after, thread);
+                });
+            };
+            if (sums.all)
+                add_up(particles, LoadId{sums.material, numbers_[k]}, threads, sums, push_all);
+            else
+                push_all([](auto&&...) {});
             wrong.refuse("a load", now, dt);
         }
         forget();
     }
 
 private:
+    /// Adds up what push_all(seen) does to particles: the changes of their momenta, m Δv.
+    template <class PushAll>
+    static void add_up(const ParticleStore<S, D>& particles, const LoadId& load, int threads,
+                       const SumsOfSet<D>& sums, const PushAll& push_all) {
+        constexpr std::size_t numbers = LoadSums<D>::numbers;
+        const std::size_t first = sums.all->add(load, sums.about);
+        const Vec<double, D> about = sums.all->loads.back().reaction.about;
+        std::vector<std::array<ExactSum, numbers>> all{std::size_t(thread_count(threads))};
+        push_all([&](std::size_t slot, const Vec<S, D>& before, const Vec<S, D>& after, int thread) {
+            Reaction<D> of_particle{about, {}, {}};
+            add_impulse(of_particle, particles.exact_position(slot), double(particles.mass(slot)),
+                        cast<double>(after) - cast<double>(before));
+            ExactSum* sum = all[std::size_t(thread)].data();
+            for_impulses(of_particle, [&](double impulse) { (sum++)->add(impulse); });
+        });
+        for (const auto& of_thread : all)
+            for (std::size_t i = 0; i < numbers; ++i) sums.all->sums[first + i] += of_thread[i];
+    }
+
     /// Calls body(slot, thread) for every particle.
     template <class Body>
     static void for_particles(const ParticleStore<S, D>& particles, int threads, const Body& body) {
@@ -87,6 +128,8 @@ private:
     }
 
     std::vector<Load<D>> loads_;
+    std::vector<std::uint32_t> numbers_;  // of the loads
+    std::uint32_t next_ = 0;              // number of the next load
     aligned_vector<Vec<double, D>> known_;  // the force on the particle in each slot [N]
     bool are_known_ = false;                // whether these are the forces at the particles' present positions
 };

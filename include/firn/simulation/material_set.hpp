@@ -67,10 +67,15 @@ using precision_of_t = typename precision_of<typename listed<Material>::type>::t
 template <int D, class First, class... Rest>
 consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
     if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
+        using S = material_scalar_t<First>;
+        constexpr bool rounds = std::same_as<S, float> || std::same_as<S, double>;
+        static_assert(rounds,
+                      "firn: a simulation computes with float or double. Dual numbers, packs and the scalar that "
+                      "writes WGSL run a policy's functions, not whole simulations: see examples/guide/03.");
         constexpr bool same = (std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...);
         static_assert(
             same, "firn: the materials of one simulation are of one precision: Materials<Snow<float>, Sand<float>>.");
-        return same;
+        return same && rounds;
     } else {
         return false;
     }
@@ -187,10 +192,19 @@ struct MaterialSet {
     /// Adds a load. \see SetAccess::add_load
     /// \throws parameter_error  if the load's force is an empty function, or if `load.body` is not one of the bodies of
     ///                          this set
-    void add(Load<D> load) {
+    /// \return the number of the load
+    std::uint32_t add(Load<D> load) {
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         check_body(load.body);
-        loads.template made<detail::Loads<S, D>>().add(std::move(load));
+        return loads.template made<detail::Loads<S, D>>().add(std::move(load));
+    }
+    /// Removes a load. \see SetAccess::remove_load
+    /// \throws parameter_error  if this set has no load of this number
+    void remove_load(std::uint32_t number) {
+        if (!loads || !loads.template made<detail::Loads<S, D>>().remove(number))
+            throw parameter_error(sentence("There is no load ", number,
+                                           " of this material: it was removed already, or is another material's. Give "
+                                           "what add_load() has returned."));
     }
     /// Adds a force between the particles of a body. \see SetAccess::add_force
     /// \return a reference to the stored force
@@ -347,14 +361,15 @@ struct MaterialSet {
     /// takes note of where the particles are.
     /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
     ///                         particle
-    void push(const Moment& now, double dt, int threads) {
+    /// \param sums  receives what loads exert on the particles
+    void push(const Moment& now, double dt, int threads, const detail::SumsOfSet<D>& sums) {
         places_before.resize(sinks.empty() ? 0 : particles.used_slots());
         for (std::size_t slot = 0; slot < places_before.size(); ++slot) places_before[slot] = particles.place(slot);
         if (!loads && !forces) return;
         readiness.spoil();  // the particles cannot be used until the step has ended
-        if (loads) loads->push(particles, now, dt, threads);
+        if (loads) loads->push(particles, now, dt, threads, sums);
         if (loads && forces) forces->forget();
-        if (forces) forces->push(particles, now, dt, threads);
+        if (forces) forces->push(particles, now, dt, threads, sums);
     }
     /// Lets loads and forces forget what they know of the particles, as these have moved to other slots.
     void forget_pushes() {

@@ -65,7 +65,7 @@ consteval bool require_policies() {
         "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a force form, a "
         "kernel, an execution, a volumetric policy or a contact law. One argument is none of these. (A boundary has "
         "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
-        "firn::Materials{snow, sand}.)");
+        "firn::Materials{snow, sand}; an acceleration field is given to step() or advance().)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
                           how_many<is_kernel, Policies...> <= 1 && how_many<is_execution, Policies...> <= 1 &&
                           how_many<is_volumetric, Policies...> <= 1 && how_many<is_contact_law, Policies...> <= 1;
@@ -76,6 +76,14 @@ consteval bool require_policies() {
     static_assert(one_boundary,
                   "firn: a simulation has one boundary; join several with firn::Together(walls, collider).");
     return known && once && one_boundary;
+}
+
+/// Returns true. If a type is not a policy of its kind, the compiler stops with a message.
+template <class Kernel, class Transfer, class Force, class Volume, class Law>
+consteval bool require_each() {
+    return (require_kernel<Kernel>() && require_transfer<Transfer>() && require_force<Force>() &&
+            require_volumetric<Volume>() && require_contact_law<Law>()) ||
+           true;  // the messages come from these
 }
 
 /// The policies of a simulation: the given policies, and, for each kind of policy that is not given, the default of

@@ -7,9 +7,11 @@
 
 #include <firn/core/stepper.hpp>
 #include <firn/data/particle_store.hpp>
+#include <firn/exec/reactions.hpp>
 
 #include <atomic>
 #include <memory>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -36,6 +38,39 @@ private:
     std::atomic<std::size_t> count_ = 0;
 };
 
+/// The impulses of the loads of all sets in a step, before they are rounded.
+template <int D>
+struct LoadSums {
+    static constexpr std::size_t numbers = D + (D == 2 ? 1 : D);  // of a Reaction
+
+    std::vector<LoadReaction<D>> loads{};  ///< the loads, with the points of their angular impulses
+    std::vector<ExactSum> sums{};          ///< `numbers` for each load
+
+    /// Adds a load. \return the place of its first sum
+    std::size_t add(const LoadId& load, const std::optional<Vec<double, D>>& about) {
+        loads.push_back({load, {about.value_or(Vec<double, D>::zero()), {}, {}}});
+        sums.resize(loads.size() * numbers);
+        return sums.size() - numbers;
+    }
+    /// Sums over all ranks, rounds, and tells the reactions.
+    template <class Ranks>
+    void tell(Reactions<D>& reactions, const Ranks& ranks) {
+        ranks.merge(sums);
+        const ExactSum* sum = sums.data();
+        for (LoadReaction<D>& load : loads)
+            for_impulses(load.reaction, [&](double& impulse) { impulse = (sum++)->value(); });
+        reactions.loads = std::move(loads);
+    }
+};
+
+/// Where a push adds up what loads exert on the particles of a set, if this is wanted.
+template <int D>
+struct SumsOfSet {
+    std::uint32_t material = 0;             ///< index of the material
+    std::optional<Vec<double, D>> about{};  ///< the point about which angular impulses are taken [m]; else the origin
+    LoadSums<D>* all = nullptr;             ///< the sums; nullptr if they are not wanted
+};
+
 /// The base class of Loads (all loads on the particles of a set) and BodyForces (all forces between the particles of a
 /// set).
 template <std::floating_point S, int D>
@@ -57,9 +92,11 @@ public:
     virtual void forget() {}
     /// Changes the velocities of the particles by the impulses of the loads or forces over a step of dt [s]. P2G then
     /// transfers the velocities to the nodes.
+    /// \param sums  receives what loads exert on the particles
     /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
     ///                         particle
-    virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) = 0;
+    virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
+                      const SumsOfSet<D>& sums) = 0;
 };
 
 /// Owns one Push object or none. A copy of a MaybePush owns a copy of the Push object.

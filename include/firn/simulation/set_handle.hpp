@@ -9,6 +9,15 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+/// What a program may mean by `add(samples, {.density = 1000})`.
+template <int D>
+struct NamedDensity {
+    double density;
+    Vec<double, D> velocity{};
+};
+}  // namespace detail
+
 /// The functions that add, change and read the particles of one material. They are members of SetHandle and of a
 /// simulation with one material.
 /// \tparam Self  the derived class, with simulation(), mine() (the MaterialSet) and number_of_mine() (the index of the
@@ -68,6 +77,14 @@ public:
     Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
         static_assert(N == D, "firn: these samples have another dimension than the simulation.");
         static_assert(M == D, "firn: this velocity has another dimension than the simulation.");
+        return {};
+    }
+    /// This overload does not compile: the compiler prints a message that the density is a number.
+    template <class T = void>
+    Body add(const Samples<D>&, const detail::NamedDensity<D>&) {
+        static_assert(!std::same_as<T, void>,
+                      "firn: the density of a body is the second argument, a number [kg/m^3], and the velocity [m/s] "
+                      "the third: simulation.add(samples, 1000, {0, -2}).");
         return {};
     }
     /// Adds a body of which this process has only a part of the samples, for runs on many ranks: the body has `count`
@@ -146,15 +163,31 @@ public:
     /// Adds a load: a force on each particle of a body, in every following step.
     /// \param force  force(position [m], time [s]) returns the force on one particle [N]. Several threads call this
     ///               function at the same time.
+    /// \return the name of the load, for remove_load() and Reactions::of()
     /// \throws parameter_error  if `body` is not one of the bodies of this particle set, or if the force is an empty
     ///                          function
     template <class OfParticle>
-    void add_load(const Body& body, const OfParticle& force) {
+    LoadId add_load(const Body& body, const OfParticle& force) {
         static_assert(
             detail::returns_numbers<OfParticle, Vec<double, D>, double>,
             "firn: this load returns an expression, which refers to values that are gone when it has returned. "
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
-        self().mine().add(Load<D>{body, force});
+        constexpr bool is_force = std::is_constructible_v<decltype(Load<D>::force), const OfParticle&>;
+        static_assert(is_force,
+                      "firn: a load is a function of a position [m] and the time [s] that returns a force [N]: [](const "
+                      "firn::Vec<double, 2>& x, double time) { return firn::Vec<double, 2>{…}; }.");
+        LoadId id{std::uint32_t(self().number_of_mine())};
+        if constexpr (is_force) id.number = self().mine().add(Load<D>{body, force});
+        return id;
+    }
+    /// Removes a load, which acts no more from the next step on.
+    /// \throws parameter_error  if `load` is not one of the loads of this particle set
+    void remove_load(const LoadId& load) {
+        if (load.material != self().number_of_mine())
+            throw parameter_error(sentence("Load ", load.number, " is one of material ", load.material,
+                                           ", not of material ", self().number_of_mine(),
+                                           ". Remove it from the set to which it was added."));
+        self().mine().remove_load(load.number);
     }
     /// Removes the particles for which wanted(position [m], id) returns true. The other particles keep their ids.
     /// \return the number of removed particles

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <concepts>
 #include <limits>
 
 namespace firn::inline FIRN_BUILD {
@@ -36,6 +38,40 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
     else
         return cast<S>(field);
 }
+
+namespace detail {
+/// The dimension of a vector; 0 for every other type.
+template <class T>
+inline constexpr int dimension_of_vector = 0;
+template <class S, int D>
+inline constexpr int dimension_of_vector<Vec<S, D>> = D;
+
+/// Whether a Field can be called with these arguments, and returns an acceleration.
+template <class Field, class V, class... Arguments>
+concept returns_acceleration =
+    takes<Field, Arguments...> && std::convertible_to<typename call_result<Field, Arguments...>::type, V>;
+
+/// Returns true if an acceleration can act on nodes in D dimensions. If it cannot, the compilation stops with a message.
+/// \tparam P  the scalar type in which nodes are computed
+template <class Acceleration, class P, int D>
+consteval bool require_acceleration() {
+    constexpr int of_vector = dimension_of_vector<Acceleration>;
+    static_assert(of_vector == 0 || of_vector == D,
+                  "firn: this acceleration has another dimension than the simulation and the grid.");
+    using V = Vec<P, D>;
+    using Field = with_scalar_t<Acceleration, P>;
+    constexpr bool is_vector = of_vector > 0 || holds_numbers<Acceleration, D, 1>;
+    constexpr bool is_field = !is_vector && (returns_acceleration<Field, V, V, V, P> ||
+                                             (!takes<Field, V, V, P> && returns_acceleration<Field, V, V>));
+    static_assert(
+        is_vector || is_field,
+        "firn: an acceleration is a vector [m/s^2], a field such as firn::Gravity<float, 2>, or a function that firn "
+        "calls with many nodes at once, for every scalar type: [](const auto& x) { … } or []<class P>(const "
+        "firn::Vec<P, 2>& x) { return firn::Vec<P, 2>{…}; }, or the same with (x, v, dt). This one is of another "
+        "dimension, or takes or returns another type, such as Vec<double, 2> or a number.");
+    return is_field || (is_vector && (of_vector == 0 || of_vector == D));
+}
+}  // namespace detail
 
 /// An acceleration field of a program's own, for positions that are measured from a corner: it gets the positions that
 /// it knows.

@@ -50,4 +50,15 @@ inline constexpr bool shifts_particles = filters_volume<V> && requires(const V v
     { v.shifted_share(0.0) } -> std::same_as<double>;
 };
 
+/// Returns true if V is a volumetric policy. If V is not, the compilation stops with a message.
+template <class V>
+consteval bool require_volumetric() {
+    static_assert(has_averages_volume_flag<V>,
+                  "firn: a volumetric policy says whether it averages: static constexpr bool averages_volume.");
+    static_assert(volumetric<V> || !has_averages_volume_flag<V>,
+                  "firn: a volumetric policy that averages offers a static function velocity_gradient(own, average), "
+                  "which returns a Mat for every scalar; see firn/volumetric/concept.hpp.");
+    return volumetric<V>;
+}
+
 }  // namespace firn::inline FIRN_BUILD

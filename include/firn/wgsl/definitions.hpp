@@ -42,7 +42,11 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
     for_parameters(
         lifted,
         [](const std::string& name, const char*, auto& value) {
-            value = uniform_of<std::remove_cvref_t<decltype(value)>>(name);
+            using Value = std::remove_cvref_t<decltype(value)>;
+            static_assert(!std::is_arithmetic_v<Value>,
+                          "firn: a policy whose parameters are to be uniforms of a WGSL program is a template over its "
+                          "scalar: template <firn::scalar S> struct MyWall { S height; … }.");
+            if constexpr (!std::is_arithmetic_v<Value>) value = uniform_of<Value>(name);
         },
         prefix + "_");
     return lifted;

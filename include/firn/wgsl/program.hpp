@@ -92,6 +92,8 @@ template <class Kernel, class Transfer, class Force, int D, class Material, clas
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
                      int workgroup_size = 64, const Transfer& transfer = {}) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
+    static_assert(firn::detail::require_offers<recorded, D>(std::type_identity<Boundary>{}) || true);
+    static_assert(firn::detail::require_acceleration<Field, recorded, D>() || true);
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
