@@ -167,6 +167,7 @@ public:
     ///   the boundary;
     /// - the domain is so far from 0 that positions, as in states, are rounded to a twentieth of a cell;
     /// - the walls do not coincide with the faces of the domain, or stand between planes of nodes;
+    /// - an acceleration field such as Damped takes the place of gravity, and its own gravity is zero;
     /// - matter has reached a face of the domain that has no wall;
     /// - matter under tension is stretched farther than the kernel joins its particles.
     ///
@@ -332,6 +333,7 @@ private:
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, has_contact_groups, warn, ranks());
+        warnings_.of_gravity(acceleration, gravity, warn, this->speaks_);
         const bool leaves_regions =
             any_set([](const auto& set) { return set.forces && set.forces->may_open_regions(); });
         Stepper<D>::take_steps(

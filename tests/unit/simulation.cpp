@@ -323,3 +323,43 @@ TEST_CASE("A load pushes the particles of its body: momentum grows by force time
     CHECK(three.momentum[0] == sums.momentum[0]);
     CHECK(three.elastic_energy == sums.elastic_energy);
 }
+
+TEST_CASE("A load has a name for ever: its impulse is among the reactions, and it can be removed") {
+    Simulation simulation(unit_box<2>(1.0 / 16), Materials{FixedCorotated<double>::from_young_poisson(1e5, 0.3),
+                                                          FixedCorotated<double>::from_young_poisson(1e4, 0.3)});
+    simulation.gravity = {};
+    simulation.fixed_time_step = 1e-4;
+    auto first = simulation.set<0>();
+    auto second = simulation.set<1>();
+    const Body left = first.add(sample_box<2>({0.125, 0.25}, {0.375, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    const Body right = second.add(sample_box<2>({0.625, 0.25}, {0.875, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    const auto constant = [](double x, double y) {
+        return [=](const Vec<double, 2>&, double) { return Vec<double, 2>{x, y}; };
+    };
+    const LoadId a = first.add_load(left, constant(0.01, 0)), b = second.add_load(right, constant(0, 0.02)),
+                 c = second.add_load(right, constant(0, 0.03));
+    simulation.reactions.emplace();
+    CHECK_THROWS_AS(simulation.reactions->of(a), parameter_error);
+    simulation.step();
+    // 64 particles each, around (0.25, 0.375) m and (0.75, 0.375) m
+    CHECK(norm(simulation.reactions->of(a).impulse - Vec<double, 2>{64e-6, 0}) < 1e-18);
+    CHECK(simulation.reactions->of(a).angular_impulse == Approx(-0.375 * 64e-6).epsilon(1e-9));
+    CHECK(norm(simulation.reactions->of(b).impulse - Vec<double, 2>{0, 128e-6}) < 1e-18);
+    CHECK(simulation.reactions->of(c).angular_impulse == Approx(0.75 * 192e-6).epsilon(1e-9));
+    CHECK(simulation.reactions->loads.size() == 3);
+
+    second.remove_load(b);
+    simulation.reactions->about = Vec<double, 2>{0.75, 0};
+    const auto before = second.totals().momentum;
+    simulation.step();
+    CHECK(second.totals().momentum[1] - before[1] == Approx(192e-6).epsilon(1e-9));
+    CHECK(simulation.reactions->of(c).impulse[1] == Approx(192e-6).epsilon(1e-9));
+    CHECK(std::abs(simulation.reactions->of(c).angular_impulse) < 1e-15);
+    CHECK_THROWS_AS(simulation.reactions->of(b), parameter_error);
+    CHECK_THROWS_AS(second.remove_load(b), parameter_error);
+    CHECK_THROWS_AS(second.remove_load(a), parameter_error);
+    CHECK(second.add_load(right, constant(0, 1)) == LoadId{1, 2});  // no name is given twice
+    first.remove_load(a);
+    simulation.step();
+    CHECK(simulation.reactions->loads.size() == 2);
+}

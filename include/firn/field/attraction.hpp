@@ -23,7 +23,7 @@ struct Attraction {
     /// The scalar type of the centre: double if S is float or double, else S.
     using P = std::conditional_t<std::floating_point<S>, double, S>;
 
-    Vec<S, D> gravity{};    ///< g: gravity [m/s²]
+    Vec<S, D> gravity{};    ///< g: gravity [m/s²], which replaces that of the simulation
     Vec<P, D> centre{};     ///< the point of attraction, or a point on the line [m]
     Vec<S, D> direction{};  ///< unit vector along the line [1]; the zero vector: attraction to a point
     S radius = S(0.1);      ///< R: distance at which the attraction ends [m], positive

@@ -26,6 +26,9 @@ struct named_damped {
 ///
 /// Damping also acts on nodes at a boundary, so the forces that Simulation::reactions returns are smaller by the force
 /// of the damping. To measure the load on a floor, make one step with rate 0.
+///
+/// A step that is given an acceleration takes it in place of Simulation::gravity. So give Damped the gravity, too:
+/// Damped<float, 2>{.field = {{0, -9.81F}}, .rate = 10}. Without it nothing falls, and the simulation warns once.
 /// \tparam Field  the type of the other acceleration field, which is called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {

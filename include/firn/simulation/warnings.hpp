@@ -9,6 +9,7 @@
 #include <firn/data/block_partition.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/samples.hpp>
+#include <firn/field/gravity.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/fracture.hpp>
 #include <firn/simulation/slow_strain.hpp>
@@ -278,6 +279,30 @@ template <class Sets, int D>
     return text;
 }
 
+/// Whether a field with a gravity of its own is nothing but gravity, so that its gravity is meant as it is.
+template <class Field>
+inline constexpr bool is_gravity_alone = false;
+template <class S, int D>
+inline constexpr bool is_gravity_alone<Gravity<S, D>> = true;
+
+/// Returns a sentence about an acceleration field that has a gravity of its own, left at zero, where the simulation has
+/// one, which the field replaces; else an empty string.
+template <int D, class Acceleration>
+std::string lost_gravity(const Acceleration& acceleration, const Vec<double, D>& gravity) {
+    if constexpr (requires { acceleration.field.gravity[D - 1]; }) {
+        if (norm(gravity) > 0 && norm(cast<double>(acceleration.field.gravity)) == 0)
+            return sentence("the acceleration that is given replaces the simulation's gravity of ", text_of(gravity),
+                            " m/s^2, and has none: nothing falls. Give it one, as in firn::Damped<float, ", D,
+                            ">{.field = {.gravity = …}, .rate = …}, or set simulation.gravity to zero.");
+    } else if constexpr (requires { acceleration.gravity[D - 1]; } && !is_gravity_alone<Acceleration>) {
+        if (norm(gravity) > 0 && norm(cast<double>(acceleration.gravity)) == 0)
+            return sentence("the acceleration that is given replaces the simulation's gravity of ", text_of(gravity),
+                            " m/s^2, and has none: nothing falls. Set its member `gravity`, or set simulation.gravity "
+                            "to zero.");
+    }
+    return {};
+}
+
 /// The warnings of a simulation. The object remembers which warnings were already given.
 class Warnings {
 public:
@@ -336,6 +361,15 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty() && speaks) warn(text);
     }
+    /// Gives a warning if an acceleration field takes the place of the simulation's gravity, and has none.
+    /// \param speaks  whether this process gives warnings
+    template <int D, class Acceleration, class Warn>
+    void of_gravity(const Acceleration& acceleration, const Vec<double, D>& gravity, const Warn& warn, bool speaks) {
+        if (!warn || gravity_said_) return;
+        const std::string text = lost_gravity(acceleration, gravity);
+        gravity_said_ = !text.empty();
+        if (!text.empty() && speaks) warn(text);
+    }
     /// Gives warnings before the first step: if positions have too few digits, if walls do not coincide with the faces
     /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, if bodies
     /// overlap, or if solids are thin or cap their distances.
@@ -372,7 +406,7 @@ private:
     double largest_ = 0, said_ratio_ = 1 / 1.2;
     SlowStrain slow_strain_;
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
-         stretch_said_ = false;
+         stretch_said_ = false, gravity_said_ = false;
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail

@@ -48,6 +48,7 @@ TEMPLATE_TEST_CASE("damping is the same for every scalar", "[field]", FIRN_EVERY
 TEST_CASE("a body in free flight slows down as exp(−c t), and comes v/c far", "[field]") {
     Simulation<2, FixedCorotated<double>> simulation({{0.0, 0.0}, {2.0, 1.0}, 1.0 / 20},
                                                      FixedCorotated<double>::from_young_poisson(1e4, 0.3));
+    simulation.gravity = {};
     simulation.add(sample_box<2>({0.2, 0.4}, {0.4, 0.6}, {.spacing = 1.0 / 40}), 1000, {2.0, 0.0});
     simulation.fixed_time_step = 1e-3;
     const auto centre = [&] {
@@ -76,4 +77,26 @@ TEST_CASE("a rate of damping that cannot be is refused", "[field][error]") {
     Attraction<double, 2> wrong{};
     wrong.radius = -1;
     CHECK_THROWS_AS(lift<float>(Damped<double, 2, Attraction>{wrong, 1}), parameter_error);
+}
+
+TEST_CASE("a field that takes the place of gravity and has none is warned of, once", "[field]") {
+    const auto warnings = [](auto field, const Vec<double, 2>& gravity) {
+        Simulation<2> simulation({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, {});
+        std::vector<std::string> said;
+        simulation.warn = [&](const std::string& text) { said.push_back(text); };
+        simulation.gravity = gravity;
+        simulation.add(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000);
+        for (int i = 0; i < 2; ++i) simulation.step(field);
+        return said;
+    };
+    const Vec<double, 2> down{0, -9.81}, none{0, 0};
+    const auto damped = warnings(Damped<float, 2>{.rate = 10}, down);
+    REQUIRE(damped.size() == 1);
+    CHECK(damped[0].find("replaces the simulation's gravity of (0, -9.81) m/s^2, and has none") != std::string::npos);
+    CHECK(warnings(Attraction<float, 2>{.strength = 1}, down).size() == 1);
+    CHECK(warnings(Damped<float, 2, Attraction>{.rate = 10}, down).size() == 1);
+    CHECK(warnings(Damped<float, 2>{.rate = 10}, none).empty());
+    CHECK(warnings(Damped<float, 2>{.field = {{0, -9.81F}}, .rate = 10}, down).empty());
+    CHECK(warnings(Gravity<float, 2>{}, down).empty());  // it says what it is
+    CHECK(warnings(none, down).empty());
 }

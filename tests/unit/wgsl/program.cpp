@@ -132,6 +132,52 @@ TEST_CASE("Inputs hold the particles' numbers, and the time step in all that fol
     CHECK_THROWS_AS(inputs.set("time_step", {0, 0, 0}), usage_error);
 }
 
+namespace {
+/// APIC of which particles keep a share of the affine field.
+template <scalar S>
+struct ShareOfApic {
+    static constexpr const char* name = "share_of_apic";
+    static constexpr bool affine = true;
+    S share = S(0.5);
+    static constexpr auto parameters() { return std::tuple{parameter{"share", "1", &ShareOfApic::share}}; }
+    template <class T, int D>
+    Mat<T, D> affine_field(const Mat<T, D>& C) const {
+        return C * share;
+    }
+};
+/// A boundary that acts with a drag [kg/s].
+template <scalar S>
+struct Drag {
+    static constexpr const char* name = "drag";
+    S rate = S(0.5);
+    static constexpr auto parameters() { return std::tuple{parameter{"rate", "kg/s", &Drag::rate}}; }
+    template <int D>
+    Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v, const S& mass, const S& dt) const {
+        return v * (S(1) / (S(1) + rate * dt / mass));
+    }
+    template <int D>
+    bool reaches(const Vec<double, D>&, const Vec<double, D>&) const {
+        return true;
+    }
+};
+}  // namespace
+
+TEST_CASE("The parameters of a transfer are uniforms, and a boundary may act with a force") {
+    const wgsl::Program p = wgsl::make_program<QuadraticBSpline, ShareOfApic<float>, MlsForce, 2>(
+        FixedCorotated<float>{}, Drag<float>{}, Gravity<float, 2>{}, 64, ShareOfApic<float>{0.25F});
+    CHECK(p.uniform("transfer_share").values == std::vector<double>{0.25});
+    const auto body_of = [&](const std::string& name) {
+        const std::size_t first = p.code.find("fn " + name + "(");
+        return p.code.substr(first, p.code.find("\n}", first) - first);
+    };
+    CHECK(body_of("take_from_grid").find("* params.transfer_share") != std::string::npos);
+    const std::string update = body_of("velocity_of_node");
+    CHECK(update.find("params.boundary_rate * chosen.time_step / ") != std::string::npos);
+    wgsl::Inputs inputs(p);
+    wgsl::set_parameters(inputs, ShareOfApic<float>{0.75F}, "transfer");
+    CHECK(float_at(inputs.uniform_bytes(), p.uniform("transfer_share").offset) == 0.75F);
+}
+
 TEST_CASE("The parameters of each of several boundaries are uniforms, which follow a solid that moves") {
     using Ball = Collider<Sphere<float, 2>>;
     Together boundary(Walls<float, 2>::all({0, 0}, {1, 1}, {}), Ball{.shape = {0.25F}},
