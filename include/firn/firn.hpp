@@ -60,6 +60,7 @@
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
+#include <firn/material/with.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/matrix_functions.hpp>
 #include <firn/math/principal_axes.hpp>
