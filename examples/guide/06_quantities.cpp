@@ -45,13 +45,13 @@ int main() {
     const auto& particles = simulation.particles();
     double surface = 0, worst = 0;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) surface = std::max(surface, particles.position(slot)[1] + spacing / 2);
+        if (particles.is_particle(slot)) surface = std::max(surface, double(particles.position(slot)[1]) + spacing / 2);
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
         if (!particles.is_particle(slot)) continue;
         const auto x = particles.position(slot);
         if (x[1] < 0.2 || x[1] > 0.8) continue;  // two cells from the ends
         const double expected = -(pressure + density * 9.81 * (surface - x[1]));
-        worst = std::max(worst, std::abs(particles.stress(slot)(1, 1) / expected - 1));
+        worst = std::max(worst, std::abs(double(particles.stress(slot)(1, 1)) / expected - 1));
     }
     std::printf("vertical stress within %.1f %% of p + ρ g z\n", 100 * worst);
 

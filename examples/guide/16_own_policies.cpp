@@ -1,7 +1,7 @@
 //! # Your own boundary, transfer, field, contact law
 //!
-//! A policy is a small struct that says what happens at one node or to one particle. firn does the loops, the SIMD lanes,
-//! the threads, and WGSL for a GPU. So write it for every scalar:
+//! A policy is a small struct that says what happens at one node or to one particle. firn does the loops, the SIMD
+//! lanes, the threads, and WGSL for a GPU. So write it for every scalar:
 //!
 //! - The scalar is a template parameter. Write `S(0.5)` for a number, and `firn::select(condition, a, b)` for `if`:
 //!   sixteen nodes are computed at once, and may disagree. `firn::min`, `firn::max`, `firn::sqrt`, `firn::sin`,
@@ -22,15 +22,16 @@
 //!
 //! A boundary has `velocity(x, v)`: the position of a node [m] and its velocity [m/s] give its velocity afterwards. If
 //! it acts with a force, it takes the node's mass [kg], which is positive, and the time step [s] as well. This is a
-//! penalty wall: a floor with springs and dampers. A node at the depth d below its surface feels the force
-//! A (k d − c v), A = h^(D−1) being the face of a cell. It is taken at the end of the step, so it needs no small steps:
+//! penalty wall: a floor with springs and dampers. A node at the depth d below its surface feels the force A (k d − c
+//! v), A = h^(D−1) being the face of a cell. It is taken at the end of the step, so it needs no small steps:
 //!
 //!     m (v' − v) = A (k (d − dt v') − c v') dt
 //!
 //! `reaches` says in which boxes nodes may change; firn leaves out the others. `on_grid` tells the cell size; what it
 //! stores is a parameter, too. The top of `firn/boundary/concept.hpp` lists what else a boundary may have, such as
-//! `advanced(dt)` if it moves. A boundary with velocity(x, v, mass, dt) works in Together, in a BoundaryList, with contact
-//! groups (each group is a node of its own mass), and in WGSL. Inside of GapContact it is refused: there the gap decides.
+//! `advanced(dt)` if it moves. A boundary with velocity(x, v, mass, dt) works in Together, in a BoundaryList, with
+//! contact groups (each group is a node of its own mass), and in WGSL. Inside of GapContact it is refused: there the
+//! gap decides.
 template <firn::scalar S>
 struct SoftFloor {
     S height = S(0.2);     ///< [m]
@@ -87,10 +88,9 @@ struct Blend {
 
 //! ## A contact law
 //!
-//! A law gives the velocity of group a relative to group b after they meet. It is computed in double, one node at a time,
-//! so it may use `if` and `std`. Here honey of the friction f [Pa s/m] lies between the groups:
-//! it brakes their sliding w_t by the force A f w_t, and they do not pass through each other. Surfaces with a gap may
-//! approach by it.
+//! A law gives the velocity of group a relative to group b after they meet. It is computed in double, one node at a
+//! time, so it may use `if` and `std`. Here honey of the friction f [Pa s/m] lies between the groups: it brakes their
+//! sliding w_t by the force A f w_t, and they do not pass through each other. Surfaces with a gap may approach by it.
 struct Honey {
     double friction = 2e3;  ///< f: viscosity by thickness of the layer [Pa s/m]
 
@@ -111,12 +111,12 @@ struct Honey {
 
 //! ## A field of the particles
 //!
-//! firn::With gives the particles of any material further numbers. They move, are sorted, are removed and are written to
-//! states with the particle, and a run goes on from them.
+//! firn::With gives the particles of any material further numbers. They move, are sorted, are removed and are written
+//! to states with the particle, and a run goes on from them.
 using Jelly = firn::With<firn::NeoHookean<float>, firn::Carried<"temperature", "K">>;
-//! If the material depends on the number, write a material with a parameter `temperature`, and make this parameter one of
-//! each particle: `firn::PerParticle<MyMaterial<float>, "temperature">`. If the number changes with the deformation, as
-//! heat from plastic work does, it is part of the material's `state<D>`: firn::Dissipating is an example.
+//! If the material depends on the number, write a material with a parameter `temperature`, and make this parameter one
+//! of each particle: `firn::PerParticle<MyMaterial<float>, "temperature">`. If the number changes with the deformation,
+//! as heat from plastic work does, it is part of the material's `state<D>`: firn::Dissipating is an example.
 
 double mean_temperature(const auto& particles) {
     double sum = 0;
@@ -136,8 +136,8 @@ int main() {
         simulation.add(firn::sample_box<2>({0.5, 0.5}, {1.0, 0.75}, {.spacing = h / 2}), 1000, {0.5, 0.0});
     simulation.set_contact_group(upper, 1);
 
-    //! Set the numbers of a body by `set_states`, at any time. The next step then computes the stresses of all particles
-    //! anew, so do it every now and then, not in every step.
+    //! Set the numbers of a body by `set_states`, at any time. The next step then computes the stresses of all
+    //! particles anew, so do it every now and then, not in every step.
     simulation.set_states(lower, [](const firn::Vec<double, 2>& x, auto& state) {
         firn::of<"temperature">(state) = float(300 + 40 * x[0]);
     });
@@ -153,8 +153,9 @@ int main() {
     };
     simulation.advance(1.5, pull);
 
-    //! `parts` of Together is a `std::tuple`: `std::get<1>(simulation.boundary.parts)` is the floor. If GapContact wraps
-    //! the boundaries, `simulation.boundary.boundary` is what it wraps. Reactions count the parts in the same order.
+    //! `parts` of Together is a `std::tuple`: `std::get<1>(simulation.boundary.parts)` is the floor. If GapContact
+    //! wraps the boundaries, `simulation.boundary.boundary` is what it wraps. Reactions count the parts in the same
+    //! order.
     std::get<1>(simulation.boundary.parts).damping = 6e3F;
     simulation.reactions.emplace();
     double lift = 0, time = 0;

@@ -129,8 +129,8 @@ struct Nacc {
         else
             return friction_sine + friction_sine;
     }
-    /// Returns the consolidation pressure p₀ of a state, divided by the bulk modulus κ [1]; the result is at most 1e-5
-    /// + sinh 2 ≈ 3.6. Where p₀ ≥ κ/2 the clay is never crushed, since the pressure is always below κ/2.
+    /// Returns the consolidation pressure p₀ of a state, divided by the bulk modulus κ [1]; the result is at most
+    /// 1e-5 + sinh 2 ≈ 3.6. Where p₀ ≥ κ/2 the clay is never crushed, since the pressure is always below κ/2.
     /// \param log_volume  the state's `log_volume` [1]
     FIRN_INLINE S consolidation(const S& log_volume) const {
         const S x = min(S(2), hardening * max(-(first_log_volume + log_volume), S(0)));

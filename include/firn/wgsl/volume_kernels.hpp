@@ -189,9 +189,9 @@ fn filter_volumes(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry points of particle shifting, which follow those of a filter of volume ratios. rates[capacity
-/// + i] is the particle's present volume. Word 1 of a node in rate_sums is the volume beyond the node's room, word 2
-/// the room. Status word 19: the share s. \see stage/shifting.hpp
+/// WGSL text of the entry points of particle shifting, which follow those of a filter of volume ratios. The rates from
+/// `capacity` on are the particles' present volumes. Word 1 of a node in rate_sums is the volume beyond the node's
+/// room, word 2 the room. Status word 19: the share s. \see stage/shifting.hpp
 inline constexpr const char* shift = R"(
 @compute @workgroup_size(${GROUP})
 fn measure_present(${INVOCATION}) {

@@ -147,11 +147,12 @@ TEMPLATE_TEST_CASE("pow is within 1.3 ulp of the exact value wherever the result
     CHECK(std::isnan(firn::pow(T(1), T(not_a_number))));
 }
 
-TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, next to their zeros too", "", float, double) {
+TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, tan within 3, next to their zeros too", "", float,
+                   double) {
     using T = TestType;
     const double limit = single<T> ? 1e5 : 1e8;
     Random random;
-    Worst sine, cosine;
+    Worst sine, cosine, tangent;
     for (int k = 0; k < 300000; ++k) {
         const T wide = T(random.uniform(-limit, limit));
         const T small = T(random.uniform(-1, 1) * std::exp(random.uniform(-30, 3)));
@@ -159,11 +160,13 @@ TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, next to t
         for (const T x : {wide, small, quarters}) {
             sine.see(firn::sin(x), std::sin((long double)x), x);
             cosine.see(firn::cos(x), std::cos((long double)x), x);
+            tangent.see(firn::tan(x), std::tan((long double)x), x);
         }
     }
     INFO("worst at x = " << sine.x << " and " << cosine.x);
     CHECK(sine.error <= 1.1);
     CHECK(cosine.error <= 1.1);
+    CHECK(tangent.error <= 3);
     CHECK(sine.error > 0.5);
 
     CHECK(firn::sin(T(0)) == T(0));
@@ -218,6 +221,7 @@ TEST_CASE("The derivatives of exp, log, pow, sin and cos") {
         CHECK(log(x).derivative == Approx(1 / a));
         CHECK(sin(x).derivative == Approx(std::cos(a)));
         CHECK(cos(x).derivative == Approx(-std::sin(a)));
+        CHECK(tan(x).derivative == Approx(1 + std::tan(a) * std::tan(a)));
         CHECK(pow(x, 2.5).value == firn::pow(a, 2.5));
         CHECK(pow(x, 2.5).derivative == Approx(2.5 * std::pow(a, 1.5)));
         CHECK(pow(S(3.0), x).derivative == Approx(std::log(3.0) * std::pow(3.0, a)));
