@@ -182,7 +182,8 @@ public:
     /// when the step begins: call `simulation.contact_impulses.emplace()`.
     std::optional<ContactImpulses<D>> contact_impulses{};
     /// The impulse and the angular impulse that each part of the boundary, and each load, exerted on matter in the last
-    /// step. They are computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
+    /// step. They are computed only if `reactions` holds a value when the step begins: call
+    /// `simulation.reactions.emplace()`.
     std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
     /// The largest number of steps between two sorts of the particles; 0: no such limit. If this number is not 0,

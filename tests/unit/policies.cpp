@@ -217,9 +217,8 @@ TEST_CASE("A transfer may have parameters of its own, in what a particle keeps o
 TEST_CASE("A state is written of boundaries without parameters, and says that it cannot tell their data") {
     const Simulation simulation(box, Jelly{}, Together(Walls<float, 2>::all({0, 0}, {1, 1}, {}), Ceiling{}));
     std::vector<std::string> names;
-    for_parameters(simulation.boundary, [&](const std::string& name, const char*, const auto&) {
-        names.push_back(name);
-    });
+    for_parameters(simulation.boundary,
+                   [&](const std::string& name, const char*, const auto&) { names.push_back(name); });
     CHECK(names == std::vector<std::string>{"0_lower", "0_upper"});
     auto run = simulation;
     run.add(sample_box<2>({0.25, 0.25}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000);

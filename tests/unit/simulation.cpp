@@ -326,7 +326,7 @@ TEST_CASE("A load pushes the particles of its body: momentum grows by force time
 
 TEST_CASE("A load has a name for ever: its impulse is among the reactions, and it can be removed") {
     Simulation simulation(unit_box<2>(1.0 / 16), Materials{FixedCorotated<double>::from_young_poisson(1e5, 0.3),
-                                                          FixedCorotated<double>::from_young_poisson(1e4, 0.3)});
+                                                           FixedCorotated<double>::from_young_poisson(1e4, 0.3)});
     simulation.gravity = {};
     simulation.fixed_time_step = 1e-4;
     auto first = simulation.set<0>();

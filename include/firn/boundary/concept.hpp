@@ -152,11 +152,12 @@ consteval bool require_offers(std::type_identity<B>) {
                   "firn: a boundary that is a template over its scalar lists its parameters in a static function "
                   "parameters(); see firn/core/parameters.hpp.");
     constexpr bool acts = !can_be_lifted<B> || acts_in<P, B, D>;
-    static_assert(acts,
-                  "firn: a boundary offers `template <class S> firn::Vec<S, D> velocity(const firn::Vec<S, D>& x, const "
-                  "firn::Vec<S, D>& v) const` for every scalar S, because firn calls it with many nodes at once; or "
-                  "the same with `const S& mass, const S& dt` in addition. It is no function of float or double alone; "
-                  "see firn/boundary/concept.hpp.");
+    static_assert(
+        acts,
+        "firn: a boundary offers `template <class S> firn::Vec<S, D> velocity(const firn::Vec<S, D>& x, const "
+        "firn::Vec<S, D>& v) const` for every scalar S, because firn calls it with many nodes at once; or "
+        "the same with `const S& mass, const S& dt` in addition. It is no function of float or double alone; "
+        "see firn/boundary/concept.hpp.");
     return says_where<B, D> && can_be_lifted<B> && acts;
 }
 template <class P, int D, template <class...> class All, class... B>

@@ -107,7 +107,7 @@ struct Together {
     }
     /// As velocity(x, v), where a part acts with a force: mass [kg] is that of the node, dt [s] the time step.
     template <class S, int D>
-        requires (acts_by_force<B, S, D> || ...)
+        requires(acts_by_force<B, S, D> || ...)
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v, const S& mass, const S& dt) const {
         return velocity_among(*this, x, v, NoOthers{}, AnySurface{}, NodeInertia<S>{mass, dt});
     }

@@ -114,8 +114,8 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }  // namespace detail
 
 /// Calls f(name, unit, value) for every scalar and every vector among the parameters of a policy. The parameters of its
-/// inner policies are included; an inner policy without a list of parameters has none. For a list of policies, each name begins with the index of the policy in the list:
-/// "0_", "1_", … For a type without parameters, f is not called.
+/// inner policies are included; an inner policy without a list of parameters has none. For a list of policies, each
+/// name begins with the index of the policy in the list: "0_", "1_", … For a type without parameters, f is not called.
 /// \param before  text that is put in front of all names
 template <class P, class F>
 void for_parameters(P& policy, const F& f, const std::string& before = "") {

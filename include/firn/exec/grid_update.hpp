@@ -194,7 +194,8 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                    const Boundary& boundary) {
-    if constexpr (detail::require_boundary<Boundary, S, D>() && detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
+    if constexpr (detail::require_boundary<Boundary, S, D>() &&
+                  detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         detail::refuse_mirrors(boundary);
         return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
                                    static_cast<Reactions<D>*>(nullptr));
@@ -209,7 +210,8 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                    const Boundary& boundary, Reactions<D>& reactions) {
-    if constexpr (detail::require_boundary<Boundary, S, D>() && detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
+    if constexpr (detail::require_boundary<Boundary, S, D>() &&
+                  detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         detail::refuse_mirrors(boundary);
         return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
                                    &reactions);
@@ -227,7 +229,8 @@ template <class Execution, std::floating_point S, int D, class Acceleration, cla
 double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                    const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {
     double largest = 0;
-    if constexpr (detail::require_boundary<Boundary, S, D>() && detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
+    if constexpr (detail::require_boundary<Boundary, S, D>() &&
+                  detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         largest =
             detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, reactions);
         if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);

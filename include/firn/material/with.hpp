@@ -45,7 +45,8 @@ struct Extended : Model, CarriedValue<material_scalar_t<Model>, Carries>... {
 /// in set_states(), or of the state that particles().state(slot) returns. The material does not depend on it; for one
 /// that does, give the model a parameter of this name, and use PerParticle.
 ///
-///     const With<Hencky<float>, Carried<"temperature", "K">> steel{{Hencky<float>::from_young_poisson(2e11, 0.3), {293}}};
+///     const With<Hencky<float>, Carried<"temperature", "K">> steel{{Hencky<float>::from_young_poisson(2e11, 0.3),
+///     {293}}};
 /// \tparam Model    a material
 /// \tparam Carries  the numbers, each a Carried
 template <class Model, class... Carries>

@@ -164,8 +164,7 @@ public:
 
     /// Applies the forces one after the other, in the order in which they were added. Each force acts on velocities
     /// that the previous forces have already changed.
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
-              const SumsOfSet<D>&) override {
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads, const SumsOfSet<D>&) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {
             add_up(force, now.time, threads);

@@ -98,8 +98,8 @@ public:
 private:
     /// Adds up what push_all(seen) does to particles: the changes of their momenta, m Δv.
     template <class PushAll>
-    static void add_up(const ParticleStore<S, D>& particles, const LoadId& load, int threads,
-                       const SumsOfSet<D>& sums, const PushAll& push_all) {
+    static void add_up(const ParticleStore<S, D>& particles, const LoadId& load, int threads, const SumsOfSet<D>& sums,
+                       const PushAll& push_all) {
         constexpr std::size_t numbers = LoadSums<D>::numbers;
         const std::size_t first = sums.all->add(load, sums.about);
         const Vec<double, D> about = sums.all->loads.back().reaction.about;
@@ -128,8 +128,8 @@ private:
     }
 
     std::vector<Load<D>> loads_;
-    std::vector<std::uint32_t> numbers_;  // of the loads
-    std::uint32_t next_ = 0;              // number of the next load
+    std::vector<std::uint32_t> numbers_;    // of the loads
+    std::uint32_t next_ = 0;                // number of the next load
     aligned_vector<Vec<double, D>> known_;  // the force on the particle in each slot [N]
     bool are_known_ = false;                // whether these are the forces at the particles' present positions
 };

@@ -173,9 +173,10 @@ public:
             "firn: this load returns an expression, which refers to values that are gone when it has returned. "
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         constexpr bool is_force = std::is_constructible_v<decltype(Load<D>::force), const OfParticle&>;
-        static_assert(is_force,
-                      "firn: a load is a function of a position [m] and the time [s] that returns a force [N]: [](const "
-                      "firn::Vec<double, 2>& x, double time) { return firn::Vec<double, 2>{…}; }.");
+        static_assert(
+            is_force,
+            "firn: a load is a function of a position [m] and the time [s] that returns a force [N]: [](const "
+            "firn::Vec<double, 2>& x, double time) { return firn::Vec<double, 2>{…}; }.");
         LoadId id{std::uint32_t(self().number_of_mine())};
         if constexpr (is_force) id.number = self().mine().add(Load<D>{body, force});
         return id;

@@ -51,7 +51,8 @@ template <class Field, class V, class... Arguments>
 concept returns_acceleration =
     takes<Field, Arguments...> && std::convertible_to<typename call_result<Field, Arguments...>::type, V>;
 
-/// Returns true if an acceleration can act on nodes in D dimensions. If it cannot, the compilation stops with a message.
+/// Returns true if an acceleration can act on nodes in D dimensions. If it cannot, the compilation stops with a
+/// message.
 /// \tparam P  the scalar type in which nodes are computed
 template <class Acceleration, class P, int D>
 consteval bool require_acceleration() {
@@ -61,8 +62,14 @@ consteval bool require_acceleration() {
     using V = Vec<P, D>;
     using Field = with_scalar_t<Acceleration, P>;
     constexpr bool is_vector = of_vector > 0 || holds_numbers<Acceleration, D, 1>;
-    constexpr bool is_field = !is_vector && (returns_acceleration<Field, V, V, V, P> ||
-                                             (!takes<Field, V, V, P> && returns_acceleration<Field, V, V>));
+    constexpr bool is_field = [] {
+        if constexpr (is_vector)  // Eigen's vectors can be called, too
+            return false;
+        else if constexpr (takes<Field, V, V, P>)
+            return returns_acceleration<Field, V, V, V, P>;
+        else
+            return returns_acceleration<Field, V, V>;
+    }();
     static_assert(
         is_vector || is_field,
         "firn: an acceleration is a vector [m/s^2], a field such as firn::Gravity<float, 2>, or a function that firn "

@@ -85,16 +85,18 @@ inline constexpr bool refines_velocities = requires(const T t) {
 /// Returns true if T is a transfer scheme. If T is not, the compilation stops with a message.
 template <class T>
 consteval bool require_transfer() {
-    static_assert(has_affine_flag<T>,
-                  "firn: a transfer says whether particles carry an affine field: static constexpr bool affine = true.");
-    static_assert(has_affine_field<with_scalar_t<T, float>, float, 3> &&
-                      has_affine_field<with_scalar_t<T, double>, double, 2>,
-                  "firn: a transfer offers `template <class T, int D> firn::Mat<T, D> affine_field(const firn::Mat<T, "
-                  "D>& C) const`, which returns what a particle keeps of C; see firn/transfer/concept.hpp.");
-    static_assert(!detail::has_member_blended<T> || blends_velocities<T>,
-                  "firn: the function blended() of this transfer cannot be called: it offers `template <class T, int D> "
-                  "firn::ParticleVelocity<T, D> blended(after, before, own, gradient) const`, with three firn::Vec<T, "
-                  "D> and a firn::Mat<T, D>; see firn/transfer/concept.hpp.");
+    static_assert(
+        has_affine_flag<T>,
+        "firn: a transfer says whether particles carry an affine field: static constexpr bool affine = true.");
+    static_assert(
+        has_affine_field<with_scalar_t<T, float>, float, 3> && has_affine_field<with_scalar_t<T, double>, double, 2>,
+        "firn: a transfer offers `template <class T, int D> firn::Mat<T, D> affine_field(const firn::Mat<T, "
+        "D>& C) const`, which returns what a particle keeps of C; see firn/transfer/concept.hpp.");
+    static_assert(
+        !detail::has_member_blended<T> || blends_velocities<T>,
+        "firn: the function blended() of this transfer cannot be called: it offers `template <class T, int D> "
+        "firn::ParticleVelocity<T, D> blended(after, before, own, gradient) const`, with three firn::Vec<T, "
+        "D> and a firn::Mat<T, D>; see firn/transfer/concept.hpp.");
     static_assert(std::default_initializable<T>, "firn: a transfer has a value for each of its parameters by default.");
     return transfer<T>;
 }

@@ -147,8 +147,8 @@ TEMPLATE_TEST_CASE("pow is within 1.3 ulp of the exact value wherever the result
     CHECK(std::isnan(firn::pow(T(1), T(not_a_number))));
 }
 
-TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, tan within 3, next to their zeros too", "", float,
-                   double) {
+TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, tan within 3, next to their zeros too", "",
+                   float, double) {
     using T = TestType;
     const double limit = single<T> ? 1e5 : 1e8;
     Random random;
