@@ -40,9 +40,9 @@ int main() {
     simulation.add(firn::sample_box<2>({0.6, 0}, {2, 0.25}, {.spacing = 1.0 / 128}), 1600);
 
     //! In each step, firn moves a collider by its velocities. To steer it, set its velocities between steps:
-    //! `std::get<1>(simulation.boundary.parts)` is the ball; `parts` is a std::tuple, so `parts[1]` does not compile. Of a
-    //! firn::BoundaryList it is `simulation.boundary.all[1]`. What a firn::GapContact wraps is its member `boundary`:
-    //! `std::get<1>(simulation.boundary.boundary.parts)`.
+    //! `std::get<1>(simulation.boundary.parts)` is the ball; `parts` is a std::tuple, so `parts[1]` does not compile.
+    //! Of a firn::BoundaryList it is `simulation.boundary.all[1]`. What a firn::GapContact wraps is its member
+    //! `boundary`: `std::get<1>(simulation.boundary.boundary.parts)`.
     //!
     //! With firn::Reactions, a simulation records the impulse that each part of the boundary gave to matter in the last
     //! step. The part received the opposite. The sum over steps, divided by their time, is a force.

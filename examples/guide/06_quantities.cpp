@@ -28,8 +28,8 @@ int main() {
         return firn::Vec<double, 2>{0.0, -force * std::min(time / 0.5, 1.0)};
     });
     //! firn::Damped slows down all motion at a rate [1/s]. It is the quick way to a state at rest. `advance` uses it
-    //! instead of `simulation.gravity`, so gravity is given here. It grows with the load. (`Damped{.rate = 20}` alone has
-    //! no gravity; a simulation warns of that.)
+    //! instead of `simulation.gravity`, so gravity is given here. It grows with the load. (`Damped{.rate = 20}` alone
+    //! has no gravity; a simulation warns of that.)
     for (int i = 1; i <= 20; ++i)
         simulation.advance(0.1, firn::Damped<double, 2>{.field = {{0, -9.81 * std::min(i / 5.0, 1.0)}}, .rate = 20});
 
@@ -74,9 +74,9 @@ int main() {
     //! ## To begin at rest
     //!
     //! Matter that is added has no stress, and gravity makes it fall onto itself. Either let it settle, as above:
-    //! `advance` with firn::Damped and a gravity that grows, until `totals().kinetic_energy` is small; then go on without
-    //! damping from there, or from a copy of the simulation. Or give it the stress that it will have. At the depth z of a
-    //! level bed between walls that slip, with M = E (1 − ν)/((1 + ν)(1 − 2ν)):
+    //! `advance` with firn::Damped and a gravity that grows, until `totals().kinetic_energy` is small; then go on
+    //! without damping from there, or from a copy of the simulation. Or give it the stress that it will have. At the
+    //! depth z of a level bed between walls that slip, with M = E (1 − ν)/((1 + ν)(1 − 2ν)):
     //!
     //! ```cpp
     //! simulation.set_states(bed, [&](const auto& x, auto& state) {
@@ -84,13 +84,13 @@ int main() {
     //! });
     //! ```
     //!
-    //! A bed of sand, 0.5 m deep (E = 1 MPa, ν = 0.3, h = 1/32 m), then moves by 0.03 mm, and its vertical stress is off
-    //! by 1.5 % after a second; without, it moves by 2 mm and swings, and the stress is off by 42 %. The horizontal stress
-    //! is ν/(1 − ν) of the vertical one.
+    //! A bed of sand, 0.5 m deep (E = 1 MPa, ν = 0.3, h = 1/32 m), then moves by 0.03 mm, and its vertical stress is
+    //! off by 1.5 % after a second; without, it moves by 2 mm and swings, and the stress is off by 42 %. The horizontal
+    //! stress is ν/(1 − ν) of the vertical one.
     //!
     //! Sand has no cohesion. For soil that stands in a cut or bears tension, take firn::Nacc: its largest tension is
-    //! `cohesion` times its `consolidation` pressure. A cut of 0.4 m in clay of φ = 35° and 30 kPa stands. For clay that
-    //! keeps its volume, firn::VonMises has the shear strength.
+    //! `cohesion` times its `consolidation` pressure. A cut of 0.4 m in clay of φ = 35° and 30 kPa stands. For clay
+    //! that keeps its volume, firn::VonMises has the shear strength.
     //!
     //! ## Where matter comes from and goes to
     //!

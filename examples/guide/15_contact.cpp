@@ -4,8 +4,8 @@
 //! stick together about a cell before they touch, do not slide, and part about a cell late. Bodies that must hit, slide
 //! or part need **contact groups**: each group has nodes of its own, and groups meet by a **contact law**.
 //!
-//! The same holds for walls and tools: they press on matter a cell before they touch it, and a gripper measures many times
-//! the force, unless the boundary is wrapped in firn::GapContact. [Boundaries](04_boundaries.cpp) has figures.
+//! The same holds for walls and tools: they press on matter a cell before they touch it, and a gripper measures many
+//! times the force, unless the boundary is wrapped in firn::GapContact. [Boundaries](04_boundaries.cpp) has figures.
 //!
 //! | you simulate | contact groups |
 //! | --- | --- |

@@ -1,6 +1,8 @@
 // Wrappers of models: parameters for each particle, and the energy that plastic flow takes.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>
+#include <firn/io/restart.hpp>
+#include <firn/io/simulation_state.hpp>
 
 using namespace firn;
 
@@ -72,6 +74,44 @@ Simulation<2, Material> bar(const Material& material) {
 TEST_CASE("a particle with parameters of its own obeys the model with these parameters, to the bit") {
     a_particle_obeys_its_own_parameters<2>();
     a_particle_obeys_its_own_parameters<3>();
+}
+
+TEST_CASE("particles of any material carry further numbers, which move with them and with their states") {
+    using Model = Sand<double>;
+    using Warm = With<Model, Carried<"temperature", "K">, Carried<"wetness">>;
+    static_assert(
+        material<Warm, 3> &&
+        std::same_as<with_scalar_t<Warm, float>, With<Sand<float>, Carried<"temperature", "K">, Carried<"wetness">>>);
+    const Model sand = Model::from_properties({.young = 2e5, .friction_angle = degrees(30)});
+    const auto run = [](const auto& model) {
+        Simulation simulation(Domain<2>{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, model);
+        simulation.add(sample_box<2>({0.3, 0.1}, {0.7, 0.5}, {.spacing = 1.0 / 32}), 1600, {0.5, 0.0});
+        simulation.most_steps_between_sorts = 3;
+        return simulation;
+    };
+    auto warm = run(Warm{{sand, {293}, {0.1}}});
+    auto plain = run(sand);
+    warm.set_states(warm.bodies()[0], [](const auto& x, auto& state) { of<"temperature">(state) += x[0]; });
+    std::vector<double> given(warm.particles().size());
+    for (std::size_t slot = 0; slot < warm.particles().slots(); ++slot)
+        if (warm.particles().is_particle(slot))
+            given[warm.particles().id(slot)] = 293 + warm.particles().exact_position(slot)[0];
+    for (int i = 0; i < 60; ++i) warm.step(), plain.step();
+    const auto& particles = warm.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        REQUIRE(of<"temperature">(particles.state(slot)) == given[particles.id(slot)]);
+        REQUIRE(of<"wetness">(particles.state(slot)) == 0.1);
+    }
+    CHECK(warm.totals().momentum[1] == Approx(plain.totals().momentum[1]).epsilon(1e-9));  // it is the same matter
+    auto again = run(Warm{{sand, {293}, {0.1}}});
+    again.remove_if([](const auto&, std::uint32_t) { return true; });
+    const State<double> state = state_of(warm);
+    restore(again, state);
+    CHECK(state_of(again) == state);
+    const auto field = std::ranges::find(state.fields, "temperature", &StateField<double>::name);
+    REQUIRE(field != state.fields.end());
+    CHECK(field->unit == "K");
 }
 
 TEST_CASE("a fluid whose viscosity is the particle's own flows by that one, and spreads momentum by it") {
