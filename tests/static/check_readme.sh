@@ -29,8 +29,7 @@ done
 if "$compiler" --version | grep -q 'Free Software Foundation' && pkg-config --exists hdf5; then
     folder=$(mktemp -d)
     trap 'rm -rf "$folder"' EXIT
-    ln -s "$root/include" "$folder/include"
-    cp "$root/examples/01_hello.cpp" "$folder/hello.cpp"
+    ln -s "$root/include" "$root/examples" "$folder/" # the command is given in the folder of firn
     command=$(sed -n 's/^    g++ \(.*hello.cpp.*\)$/\1/p' "$root/README.md")
     # Not optimised, which is quicker; it says so, in its first line, and is stopped at once.
     command=${command/-O3 -march=native/-O0}
