@@ -106,10 +106,10 @@ TEST_CASE("particles of any material carry further numbers, which move with them
     CHECK(warm.totals().momentum[1] == Approx(plain.totals().momentum[1]).epsilon(1e-9));  // it is the same matter
     auto again = run(Warm{{sand, {293}, {0.1}}});
     again.remove_if([](const auto&, std::uint32_t) { return true; });
-    const State<double> state = state_of(warm);
+    const firn::State<double> state = firn::state_of(warm);
     restore(again, state);
-    CHECK(state_of(again) == state);
-    const auto field = std::ranges::find(state.fields, "temperature", &StateField<double>::name);
+    CHECK(firn::state_of(again) == state);
+    const auto field = std::ranges::find(state.fields, "temperature", &firn::StateField<double>::name);
     REQUIRE(field != state.fields.end());
     CHECK(field->unit == "K");
 }
