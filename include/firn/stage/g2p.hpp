@@ -1,6 +1,7 @@
 /// \file G2P of one particle: its velocity, affine field and velocity gradient, from sums over nodes.
 #pragma once
 
+#include <firn/core/parameters.hpp>
 #include <firn/stage/offset.hpp>
 
 namespace firn::inline FIRN_BUILD {
