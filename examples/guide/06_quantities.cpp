@@ -89,8 +89,8 @@ int main() {
     //! stress is ν/(1 − ν) of the vertical one.
     //!
     //! Sand has no cohesion. For soil that stands in a cut or bears tension, take firn::Nacc: its largest tension is
-    //! `cohesion` times its `consolidation` pressure. A cut of 0.4 m in clay of φ = 35° and 30 kPa stands. For clay
-    //! that keeps its volume, firn::VonMises has the shear strength.
+    //! `cohesion` times its `consolidation` pressure. For clay that keeps its
+    //! volume, firn::VonMises has the shear strength.
     //!
     //! ## Where matter comes from and goes to
     //!
