@@ -67,7 +67,8 @@ concept boundary = (changes_velocity<B, S, D> || acts_by_force<B, S, D>) && says
 /// The mass of a node [kg] and the time step [s], for boundaries that act with a force. \see acts_by_force
 template <class S>
 struct NodeInertia {
-    S mass, dt;
+    S mass;  ///< mass of the node [kg]
+    S dt;    ///< time step [s]
 };
 /// In place of a NodeInertia where the mass and the time step are not known.
 struct NoInertia {};
