@@ -33,10 +33,12 @@ Curve layers(const Water& water, const std::string& label) {
 }
 
 template <class Transfer, class Force, class Kernel, class Volume = OwnVolume>
-Outcome rest(const std::string& label, double checked_at, double end, NodesBehind behind = NodesBehind::held) {
+Outcome rest(const std::string& label, double checked_at, double end, NodesBehind behind = NodesBehind::held,
+             const Volume& volume = {}) {
     using Water = Hydrostatic<double, Transfer, Force, Kernel, Volume>;
     Outcome out{label};
     Water still(h, behind);
+    still.simulation.volume = volume;
     still.advance(settled, true);
     out.rest = still.state();
     out.profile = layers(still, label);
@@ -51,6 +53,7 @@ Outcome rest(const std::string& label, double checked_at, double end, NodesBehin
     out.late = layers(still, label);
 
     Water dropped(h, behind);
+    dropped.simulation.volume = volume;
     std::vector<double> crossings;  // of the weight
     double before = 0, at = 0;
     while (dropped.simulation.time() < 3.2 * Water::period()) {
@@ -87,7 +90,7 @@ int main(int argc, char** argv) {
         rest<Apic, WeightGradientForce, QuadraticBSpline>("mirrored walls, gradients", checked_at, end, mirrored),
         rest<Apic, MlsForce, QuadraticBSpline, VolumeFilter>("mirrored walls, filter, MLS", checked_at, end, mirrored),
         rest<Apic, WeightGradientForce, QuadraticBSpline, VolumeFilter>("mirrored walls, filter, gradients", checked_at,
-                                                                        end, mirrored)};
+                                                                        end, mirrored, {.shifting = 0})};
 
     Plot& profile = report.plot({"pressure", "Pressure at rest, mean of layers", "p / ρ g H", "y / H"});
     Plot& late = report.plot({"later", "Pressure at the end, undamped, mean of layers", "p / ρ g H", "y / H"});
@@ -159,7 +162,11 @@ int main(int argc, char** argv) {
         "mirrored walls the water stands still, and the scatter after " +
         sentence(end) + " s is " + percent(quiet[0].last.noise, 2) + " (MLS) and " + percent(quiet[1].last.noise, 2) +
         " (gradients) without, " + percent(quiet[2].last.noise, 2) + " and " + percent(quiet[3].last.noise, 2) +
-        " with VolumeFilter. Water that moves needs the filter, too: see the sloshing water.");
+        " with VolumeFilter. Water that moves needs the filter, too: see the sloshing water. With weight gradients the "
+        "filter "
+        "moves no particles here (shifting = 0): with its default, the pressure up to walls scatters by 1.5 % of ρ g H "
+        "after "
+        "2 s, and by 2.7 % after 4 s.");
     report.remark(
         "Remedies that were compared, as programs that change particles between the steps. The first figures are the "
         "scatter after 2 s and the fall of the centre of mass (in H/2) with nodes held behind walls, MLS forces and "

@@ -96,8 +96,10 @@ int main(int argc, char** argv) {
                    "as above: the average of a rate of volume change that is the same everywhere is this rate");
 
     const NaccForm clay = form_of(of.nacc);
-    const Path of_clay{{1, 0.91, 0.95, 0.88}};
-    report.at_most("Cam clay in a simulation, F-bar",
+    // Past the yield surface, steps that yield and steps that do not alternate, and rounding decides which: a path that
+    // differs by 1e-12 has a stress that differs by 0.4 %.
+    const Path of_clay{{1, 0.985, 1.005, 0.985}};
+    report.at_most("Cam clay in a simulation, F-bar, until it yields",
                    largest_error(simulated<FBar>(of.nacc, of_clay), simulated(of.nacc, of_clay)), 1e-10,
                    "as above; against the same without F-bar");
     Plot& cam = report.plot({"nacc", "Cam clay: compressed, and stretched", "l", "τ [kPa]"});
