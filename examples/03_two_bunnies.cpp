@@ -5,6 +5,8 @@
 #include "support/rotation.hpp"
 #include <firn/data/point_spacing.hpp>
 
+#include <cmath>
+
 namespace {
 
 using Point = firn::Vec<double, 3>;
@@ -73,7 +75,7 @@ template <class Force>
 example::Record collide(const example::Options& options, const example::Elastic& elastic, const Bunnies& bunnies,
                         std::int64_t steps_between_samples) {
     firn::SimulationWith<3, firn::FixedCorotated<float>, Force> simulation(
-        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * bunnies.spacing},
+        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1 / std::round(0.5 / bunnies.spacing)},
         firn::FixedCorotated<float>::from_young_poisson(elastic.young, elastic.poisson), {options.threads});
     simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0.3});
     simulation.add(bunnies.below, 1.0);
