@@ -19,7 +19,8 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
-// step, 11 time, 19 largest acceleration. Numbers are f32 bits: of positive ones the order is the same.
+// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting. Numbers are f32 bits: of
+// positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }

@@ -245,7 +245,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", 20);
+    add("status", "u32", status, "program", 21);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);

@@ -264,7 +264,7 @@ private:
     std::string choose_shifted_share() const {
         if (!facts_.shifts_particles) return "";
         return indented(2) +
-               "atomicStore(&status[19], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
+               "atomicStore(&status[20], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
                "bitcast<f32>(atomicLoad(&status[2])))));";
     }
     bool sums_rates() const { return facts_.averages_volume || facts_.filters_volume; }

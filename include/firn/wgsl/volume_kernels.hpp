@@ -117,8 +117,8 @@ fn average_rates(${INVOCATION}) {
 /// WGSL text of the entry points of a filter of the volume ratios J. The particles that take part have the volume
 /// filtered_volume(); rates[i] is J − 1, then its average, and rates[capacity + i] is this volume. Word 1 of a node in
 /// rate_sums counts particles by base node, word 2 is the average. Status words 16 to 18: the share b, the number of
-/// steps that have begun since the host set it to 0, and the largest number of particles with the same base node. \see
-/// VolumeFilter
+/// steps that have begun since the host set it to 0, and the largest number of particles with the same base node; 20:
+/// the share of particle shifting. \see VolumeFilter
 inline constexpr const char* filter = R"(
 fn filter_rests() -> bool {
     return stopped() || atomicLoad(&status[17]) % ${EVERY}u != 0u${NO_SHARE};
@@ -232,7 +232,7 @@ fn shift_particles(${INVOCATION}) {
     let corner = load_corner(i);
     let base = base_node_of(place);
     let sums = gather_quads(nodes_from(base + corner), place - base);
-    let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[19])));
+    let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[20])));
     // A place that has left the reach of its block counts from another one.
     let node = base_node_of(moved);
     var change = ${VEC}(0.0f);
