@@ -7,7 +7,8 @@
 //!   sixteen nodes are computed at once, and may disagree. `firn::min`, `firn::max`, `firn::sqrt`, `firn::sin`,
 //!   `firn::tan`, `firn::exp` take every scalar; the functions of `std` do not.
 //! - A struct that is a template over its scalar lists its parameters. Then firn converts them, writes them to states,
-//!   and makes them uniforms in WGSL. Give it a `name`, so that states tell it from others.
+//!   and makes them uniforms in WGSL. Give it a `name`, so that states tell it from others. **List every member**: firn
+//!   converts a policy by this list alone, so a member that is not listed silently takes its default.
 //! - If something is missing or of the wrong type, the compiler says what, in a sentence that begins with "firn:".
 //!
 //! The policies on this page act in one scene: two blocks fall onto a soft floor. Honey is between them.
@@ -27,8 +28,14 @@
 //!
 //!     m (v' − v) = A (k (d − dt v') − c v') dt
 //!
-//! `reaches` says in which boxes nodes may change; firn leaves out the others. `on_grid` tells the cell size; what it
-//! stores is a parameter, too. The top of `firn/boundary/concept.hpp` lists what else a boundary may have, such as
+//! All layers of nodes below the surface feel their springs, so how deep matter sinks depends on the cell size: k is no
+//! modulus of subgrade. A force per mass converges, v' = (v + κ d dt)/(1 + (c + κ dt) dt) with κ in 1/s²: a block of
+//! height H sinks by √(2 g H/κ).
+//!
+//! The order of the arguments is mass, then time step. `reaches` says in which boxes nodes may change; firn leaves out
+//! the others. If it says no where nodes change, the boundary acts on some of them only; in doubt return true, which
+//! costs time alone. `on_grid` tells the cell size; without it the member keeps its default, here A = 0. What it stores
+//! is a parameter, too. The top of `firn/boundary/concept.hpp` lists what else a boundary may have, such as
 //! `advanced(dt)` if it moves. A boundary with velocity(x, v, mass, dt) works in Together, in a BoundaryList, with
 //! contact groups (each group is a node of its own mass), and in WGSL. Inside of GapContact it is refused: there the
 //! gap decides.
