@@ -50,6 +50,10 @@ elseif(FIRN_NATIVE)
     check_cxx_compiler_flag(-march=native firn_has_march_native)
     if(firn_has_march_native)
         target_compile_options(firn_developer INTERFACE -march=native)
+        if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang") # clang 19 finds fault with its own features of AVX10 processors
+            target_compile_options(firn_developer INTERFACE -Wno-unknown-warning-option
+                                                            -Wno-invalid-feature-combination)
+        endif()
     endif()
 endif()
 if(FIRN_SANITIZE)
