@@ -36,6 +36,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <type_traits>
 
 namespace firn::inline FIRN_BUILD {
@@ -185,6 +186,22 @@ consteval bool require_boundary() {
 /// Whether the boundary type B acts by the gap between matter and surfaces, which the particles tell. \see GapContact
 template <class B>
 inline constexpr bool acts_by_gap = false;
+
+namespace detail {
+/// Calls f(part, by_gap) for each part of a boundary that has no parts itself. `by_gap` is true if the part acts by the
+/// gap between matter and its surface, so that matter touches the surface. \see GapContact
+template <class B, class F>
+FIRN_INLINE void for_single_parts(const B& boundary, const F& f, bool by_gap = false) {
+    if constexpr (requires { boundary.parts; })
+        std::apply([&](const auto&... part) FIRN_LAMBDA { (for_single_parts(part, f, by_gap), ...); }, boundary.parts);
+    else if constexpr (requires { boundary.all.size(); })
+        for (const auto& one : boundary.all) for_single_parts(one, f, by_gap);
+    else if constexpr (acts_by_gap<B>)
+        for_single_parts(boundary.boundary, f, true);
+    else
+        f(boundary, by_gap);
+}
+}  // namespace detail
 
 /// Calls the boundary's check(), if it has one.
 /// \throws parameter_error if boundary.check() throws it

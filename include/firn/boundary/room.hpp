@@ -25,20 +25,6 @@ inline constexpr bool is_walls = false;
 template <class S, int D>
 inline constexpr bool is_walls<Walls<S, D>> = true;
 
-/// Calls f(part, by_gap) for each part of a boundary that has no parts itself. `by_gap` is true if the part acts by the
-/// gap between matter and its surface, so that matter touches the surface. \see GapContact
-template <class B, class F>
-FIRN_INLINE void for_solids(const B& boundary, const F& f, bool by_gap = false) {
-    if constexpr (requires { boundary.parts; })
-        std::apply([&](const auto&... part) FIRN_LAMBDA { (for_solids(part, f, by_gap), ...); }, boundary.parts);
-    else if constexpr (requires { boundary.all.size(); })
-        for (const auto& one : boundary.all) for_solids(one, f, by_gap);
-    else if constexpr (acts_by_gap<B>)
-        for_solids(boundary.boundary, f, true);
-    else
-        f(boundary, by_gap);
-}
-
 /// Returns how far matter comes to rest inside of the surface that surfaces() of a solid reports [m].
 /// \param h  cell size [m]
 template <class S, class B>
@@ -55,7 +41,7 @@ FIRN_INLINE S rests_within(const B& solid, bool by_gap, const S& h) {
 /// Narrows a box to the room between the walls of a boundary. A face with Contact::none has no wall.
 template <class B, int D>
 void narrow_to_walls(RoomBox<D>& room, const B& boundary) {
-    detail::for_solids(boundary, [&]<class Part>(const Part& part, bool) {
+    detail::for_single_parts(boundary, [&]<class Part>(const Part& part, bool) {
         if constexpr (detail::is_walls<Part>)
             for (int a = 0; a < D; ++a) {
                 const std::size_t axis = std::size_t(a);
@@ -81,7 +67,7 @@ inline constexpr bool may_have_solids<All<B...>, S, D> = (may_have_solids<B, S, 
 /// \param h  cell size [m]
 template <class B, class S, int D, class Seen>
 FIRN_INLINE void solids_around(const B& boundary, const Vec<S, D>& x, const S& h, const Seen& seen) {
-    detail::for_solids(boundary, [&]<class Part>(const Part& part, bool by_gap) FIRN_LAMBDA {
+    detail::for_single_parts(boundary, [&]<class Part>(const Part& part, bool by_gap) FIRN_LAMBDA {
         if constexpr (!detail::is_walls<Part> && has_surfaces<Part, S, D>) {
             const S within = detail::rests_within(part, by_gap, h);
             part.surfaces(x, [&](const S& distance, const Vec<S, D>& normal, const auto&, Contact contact, const auto&)

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <tuple>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -25,18 +24,12 @@ inline constexpr bool is_sphere = false;
 template <class S, int D>
 inline constexpr bool is_sphere<Sphere<S, D>> = true;
 
-/// Calls see(collider, by_gap) for every collider of a boundary. `by_gap` tells whether it acts by the gap of
-/// particles.
+/// Calls see(collider, by_gap) for every collider of a boundary. \see for_single_parts
 template <class Boundary, class See>
-void for_colliders(const Boundary& boundary, const See& see, bool by_gap = false) {
-    if constexpr (is_collider<Boundary>)
-        see(boundary, by_gap);
-    else if constexpr (acts_by_gap<Boundary>)
-        for_colliders(boundary.boundary, see, true);
-    else if constexpr (requires { boundary.parts; })
-        std::apply([&](const auto&... part) { (for_colliders(part, see, by_gap), ...); }, boundary.parts);
-    else if constexpr (requires { boundary.all.begin(); })
-        for (const auto& one : boundary.all) for_colliders(one, see, by_gap);
+void for_colliders(const Boundary& boundary, const See& see) {
+    for_single_parts(boundary, [&]<class Part>(const Part& part, bool by_gap) {
+        if constexpr (is_collider<Part>) see(part, by_gap);
+    });
 }
 
 /// Calls see(x) for points of a lattice around a solid, in the coordinates of its shape [m]. If the shape does not tell

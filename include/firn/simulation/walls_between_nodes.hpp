@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -30,20 +29,18 @@ struct WallFace {
 /// Adds the faces of a boundary's walls that act on the nearest plane of nodes.
 template <class Boundary, int D>
 void add_wall_faces(const Boundary& boundary, const Domain<D>& domain, std::vector<WallFace>& faces) {
-    if constexpr (requires { boundary.at_lower[D - 1].contact, boundary.nodes_behind; }) {
-        if (boundary.nodes_behind != NodesBehind::held) return;
-        for (std::size_t a = 0; a < std::size_t(D); ++a)
-            for (const bool upper : {false, true}) {
-                if ((upper ? boundary.at_upper : boundary.at_lower)[a].contact == Contact::none) continue;
-                const int axis = int(a);
-                const double position = double((upper ? boundary.upper : boundary.lower)[axis]);
-                faces.push_back({axis, position, (position - domain.lower[axis]) / domain.cell_size});
-            }
-    } else if constexpr (requires { boundary.parts; }) {
-        std::apply([&](const auto&... part) { (add_wall_faces(part, domain, faces), ...); }, boundary.parts);
-    } else if constexpr (requires { boundary.all[0]; }) {
-        for (const auto& one : boundary.all) add_wall_faces(one, domain, faces);
-    }
+    for_single_parts(boundary, [&](const auto& part, bool by_gap) {
+        if constexpr (requires { part.at_lower[D - 1].contact, part.nodes_behind; }) {
+            if (by_gap || part.nodes_behind != NodesBehind::held) return;
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                for (const bool upper : {false, true}) {
+                    if ((upper ? part.at_upper : part.at_lower)[a].contact == Contact::none) continue;
+                    const int axis = int(a);
+                    const double position = double((upper ? part.upper : part.lower)[axis]);
+                    faces.push_back({axis, position, (position - domain.lower[axis]) / domain.cell_size});
+                }
+        }
+    });
 }
 
 /// The distance from a plane of nodes up to which a wall counts as lying on it [cells].
