@@ -1,11 +1,13 @@
 /// \file A simulation is made from the policies that its program chooses, in any order; the others are the defaults.
 #include "support/catch.hpp"
+#include "support/share_of_apic.hpp"
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/firn.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/lagrangian.hpp>
 
 using namespace firn;
+using test_support::ShareOfApic;
 
 namespace policies_tests {
 namespace {
@@ -68,19 +70,6 @@ struct Pushing {
     template <int D>
     bool reaches(const Vec<double, D>&, const Vec<double, D>& upper) const {
         return upper[1] >= double(from);
-    }
-};
-
-/// APIC of which particles keep a share of the affine field.
-template <scalar S>
-struct ShareOfApic {
-    static constexpr const char* name = "share_of_apic";
-    static constexpr bool affine = true;
-    S share = S(0.5);
-    static constexpr auto parameters() { return std::tuple{parameter{"share", "1", &ShareOfApic::share}}; }
-    template <class T, int D>
-    Mat<T, D> affine_field(const Mat<T, D>& C) const {
-        return C * share;
     }
 };
 

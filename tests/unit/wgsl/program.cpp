@@ -1,6 +1,7 @@
 // What a program says of itself: buffers, uniforms and dispatch within the limits of WebGPU, or a sentence.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
+#include "support/share_of_apic.hpp"
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/force/weight_gradient.hpp>
@@ -12,6 +13,7 @@
 #include <firn/wgsl/program.hpp>
 
 using namespace firn;
+using test_support::ShareOfApic;
 
 namespace {
 
@@ -133,18 +135,6 @@ TEST_CASE("Inputs hold the particles' numbers, and the time step in all that fol
 }
 
 namespace {
-/// APIC of which particles keep a share of the affine field.
-template <scalar S>
-struct ShareOfApic {
-    static constexpr const char* name = "share_of_apic";
-    static constexpr bool affine = true;
-    S share = S(0.5);
-    static constexpr auto parameters() { return std::tuple{parameter{"share", "1", &ShareOfApic::share}}; }
-    template <class T, int D>
-    Mat<T, D> affine_field(const Mat<T, D>& C) const {
-        return C * share;
-    }
-};
 /// A boundary that acts with a drag [kg/s].
 template <scalar S>
 struct Drag {
