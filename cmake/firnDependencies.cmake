@@ -101,7 +101,10 @@ function(firn_add_compiled include_folder)
     endif()
     set(folder "${include_folder}/firn/compiled")
     if(NOT TARGET firn_compiled)
-        add_library(firn_compiled STATIC EXCLUDE_FROM_ALL "${folder}/simulation_2d.cpp" "${folder}/simulation_3d.cpp")
+        add_library(
+            firn_compiled STATIC EXCLUDE_FROM_ALL
+            "${folder}/core_2d_float.cpp" "${folder}/core_2d_double.cpp" "${folder}/core_3d_float.cpp"
+            "${folder}/core_3d_double.cpp" "${folder}/simulation_2d.cpp" "${folder}/simulation_3d.cpp")
         target_link_libraries(firn_compiled PUBLIC firn::firn)
         target_compile_definitions(firn_compiled PUBLIC FIRN_COMPILED)
         add_library(firn::compiled ALIAS firn_compiled)

@@ -22,12 +22,11 @@
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
-#include <firn/simulation/bound.hpp>
+#include <firn/simulation/acceleration.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/policies.hpp>
+#include <firn/simulation/run_of.hpp>
 #include <firn/simulation/set_handle.hpp>
-#include <firn/simulation/warnings.hpp>
-#include <firn/sort/partition.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
@@ -68,13 +67,18 @@ template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, 
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume, class Law = OneField>
 class Simulation
-    : public Stepper<D>,
+    : public RunOf<detail::precision_of_t<detail::material_list<Material, D>>, D>,
       public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
-    using Stepper<D>::now_;
+    using Run = RunOf<detail::precision_of_t<List>, D>;
+    using Run::bound_;
+    using Run::grid_;
+    using Run::now_;
+    using Run::sets_;
+    using Run::warnings_;
     template <std::size_t I>
-    static constexpr std::size_t at = detail::named_material<I, std::tuple_size_v<typename Make::type>>();
+    static constexpr std::size_t at = detail::named_material<I, Make::count>();
     template <class, int>
     friend class SetAccess;
     template <class, std::size_t>
@@ -88,12 +92,13 @@ public:
     static constexpr bool boundary_fits = detail::require_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
-    using material_type = Material;    ///< The type of the material, or `Materials<…>`.
-    using kernel_type = Kernel;        ///< The interpolation kernel.
-    using S = scalar_type;             ///< The scalar type: float or double.
-    using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
+    using material_type = Material;  ///< The type of the material, or `Materials<…>`.
+    using kernel_type = Kernel;      ///< The interpolation kernel.
+    using S = scalar_type;           ///< The scalar type: float or double.
+    template <std::size_t I>
+    using SetAt = typename Make::template set<I>;  ///< The type of the set of material I.
     static constexpr int dimension = D;
-    static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
+    static constexpr std::size_t material_count = Make::count;       ///< Number of materials.
     static constexpr bool has_contact_groups = Law::between_groups;  ///< Whether bodies may be in contact groups.
     /// Passed to set() instead of an index, it stands for the material of a simulation that has only one.
     static constexpr std::size_t unnamed = detail::unnamed_material;
@@ -113,8 +118,8 @@ public:
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
                const std::type_identity_t<Boundary>& walls)
-        : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
-        for_sets([](const auto& set) { check_material<D>(set.material); });
+        : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
+        for_materials([](const auto& set) { check_material<D>(set.material); });
         this->speaks_ = ranks().speaks();
     }
 
@@ -158,7 +163,9 @@ public:
                       "simulation(domain, Sand<float>{}), or name the material: firn::Simulation<3, Sand<float>>.");
     }
 
-    using Stepper<D>::gravity;
+    using Run::domain;
+    using Run::gravity;
+    using Run::reactions;
     /// A function that receives the text of each warning. Each of these warnings is given once:
     /// - the fixed time step is above stable_time_step() (this warning is given again whenever the ratio of the two has
     ///   grown by a fifth);
@@ -172,7 +179,7 @@ public:
     /// - matter under tension is stretched farther than the kernel joins its particles.
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
-    using Stepper<D>::warn;
+    using Run::warn;
     Boundary boundary;    ///< Walls and colliders. A step moves the ones with a velocity.
     Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
@@ -181,21 +188,6 @@ public:
     /// The impulses between contact groups in the last step. They are computed only if `contact_impulses` holds a value
     /// when the step begins: call `simulation.contact_impulses.emplace()`.
     std::optional<ContactImpulses<D>> contact_impulses{};
-    /// The impulse and the angular impulse that each part of the boundary, and each load, exerted on matter in the last
-    /// step. They are computed only if `reactions` holds a value when the step begins: call
-    /// `simulation.reactions.emplace()`.
-    std::optional<Reactions<D>> reactions{};
-    double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
-    /// The largest number of steps between two sorts of the particles; 0: no such limit. If this number is not 0,
-    /// particles are sorted whenever the number of steps taken is a multiple of it. In any case, they are sorted when a
-    /// particle may be too far from the block into which it was sorted.
-    std::uint64_t most_steps_between_sorts = 0;
-
-    const Domain<D>& domain() const { return grid_.domain(); }  ///< Returns the domain.
-    /// Returns the grid, with the node values of the last step.
-    const SparseGrid<S, D>& grid() const { return grid_; }
-    /// Returns the largest acceleration of the field at the nodes in the last step [m/s²]; −1 if that had no field.
-    double largest_acceleration() const { return bound_.field_at_nodes; }
 
     /// \name Sets of particles
     /// @{
@@ -284,13 +276,12 @@ public:
     /// \param largest_acceleration  what largest_acceleration() returned then [m/s²]
     /// \throws io_error  if another material was restored to a different moment, and no step was taken since then
     template <std::size_t I = unnamed>
-    void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment, double largest_acceleration = -1) {
-        for_sets([&](const auto& other) {
-            if (static_cast<const void*>(&other) != &set_at<at<I>>() && other.restored && *other.restored != moment)
+    void restore(SetAt<at<I>>&& set, const Moment& moment, double largest_acceleration = -1) {
+        for (std::size_t k = 0; k < sets_.size(); ++k)
+            if (const auto& other = sets_[k].restored; k != at<I> && other && *other != moment)
                 throw io_error(sentence("The state is of step ", moment.steps, " at ", moment.time,
-                                        " s; that of another material was of step ", other.restored->steps, " at ",
-                                        other.restored->time, " s. Give states of one moment."));
-        });
+                                        " s; that of another material was of step ", other->steps, " at ", other->time,
+                                        " s. Give states of one moment."));
         auto& mine = set_at<at<I>>();
         mine.restore(std::move(set), moment);
         now_ = moment;
@@ -314,18 +305,28 @@ private:
     static constexpr std::size_t number_of_mine() {
         return at<I>;
     }
-    Body add_to(std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity);
+    Body add_to(std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+        const Body body = sets_[number].add(samples, density, velocity, workers(), ranks().share());
+        warn_of_spacing(samples);
+        return body;
+    }
     template <std::size_t I>
     auto& set_at() {
-        return std::get<I>(sets_);
+        return static_cast<SetAt<I>&>(sets_[I]);
     }
     template <std::size_t I>
     const auto& set_at() const {
-        return std::get<I>(sets_);
+        return static_cast<const SetAt<I>&>(sets_[I]);
+    }
+    /// Calls f(set) for the set of each material, in the order of the materials.
+    void for_materials(const auto& f) {
+        [&]<std::size_t... I>(std::index_sequence<I...>) {
+            (f(set_at<I>()), ...);
+        }(std::make_index_sequence<material_count>{});
     }
     void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn, this->speaks_); }
 
-    decltype(auto) ranks() const { return ranks_of(execution); }
+    auto ranks() const { return RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution)); }
     int workers() const { return thread_count(requested_threads(execution)); }
 
     /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
@@ -335,12 +336,15 @@ private:
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, has_contact_groups, warn, ranks());
         warnings_.of_gravity(acceleration, gravity, warn, this->speaks_);
-        const bool leaves_regions =
-            any_set([](const auto& set) { return set.forces && set.forces->may_open_regions(); });
+        bool leaves_regions = false;
+        for (const SetOf<S, D>& set : sets_)
+            leaves_regions = leaves_regions || (set.forces && set.forces->may_open_regions());
         Stepper<D>::take_steps(
             leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
             [&](std::string& warning) {
-                const double dt = next_time_step(find_bound(acceleration), warning), left = end - now_.time;
+                const double bound = find_bound(acceleration), left = end - now_.time;
+                const double dt = this->next_time_step(bound, detail::has_all_walls(boundary, domain()),
+                                                       Transfer::affine, ranks(), workers(), warning);
                 if (!warning.empty()) return;
                 const bool is_last = left < dt * (1 + 1e-9);
                 step_by(is_last ? left : dt, acceleration);
@@ -353,95 +357,59 @@ private:
     double find_bound(const Acceleration& acceleration) {
         detail::check_acceleration<D>(acceleration);
         prepare();
-        return bound_.find(step_inputs(), acceleration);
-    }
-    auto step_inputs() {
-        return detail::step_inputs<Kernel, S>(sets_, domain(), boundary, now_.time, workers(), ranks());
-    }
-    /// Returns whether the time step dt is the bound of the time step, rather than a step that the program chose.
-    bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_.step > 0 && !(dt < bound_.step); }
-    /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound.
-    /// \param warning  receives a text if the program must be warned before the step; otherwise unchanged
-    double next_time_step(double bound, std::string& warning) {
-        if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
-            throw parameter_error(
-                sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
-        if (fixed_time_step == 0 && !std::isfinite(bound)) detail::throw_at_rest();
-        const bool accelerated = bound_.is_of_acceleration(domain().cell_size);
-        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, accelerated, now_.steps, warn);
-        if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
-            warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return bound_.reason(step_inputs()); });
-        if (warn && warning.empty())
-            warning = warnings_.of_matter<Kernel, Transfer>(sets_, domain(), boundary, now_, workers(), ranks());
-        return fixed_time_step > 0 ? fixed_time_step : bound;
+        double largest = 0;
+        if constexpr (detail::is_uniform<Acceleration>)
+            largest = norm(cast<double>(acceleration));
+        else
+            largest =
+                bound_.field_at_nodes >= 0
+                    ? bound_.field_at_nodes
+                    : ranks().largest(detail::acceleration_at_particles(sets_, domain(), acceleration, workers()));
+        return bound_.find(this->step_inputs(ranks(), workers()), detail::speed_of_boundary<S>(boundary, domain()),
+                           largest);
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
-        if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
-            detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? bound_.reason(step_inputs()) : "");
+        const auto all_ranks = ranks();
+        this->check_time_step(dt, all_ranks, workers());
         if constexpr (requires { transfer.check(); }) transfer.check();
         if constexpr (requires { contact.check(); }) contact.check();
         if constexpr (boundary_fits) static_cast<void>(lift<native_pack<S>>(boundary));  // checks it before any change
         const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
-        ranks().use_mirrors(mirrors.planes);
-        const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
-        bool sorted = false;
-        for_sets([&](auto& set) {
-            const bool was_sorted = set.readiness.is(Readiness::sorted);
-            set.restored.reset();
-            set.readiness.begin_step();
-            if (set.report.sort_needed || (due && !was_sorted)) {
-                sort(set);
-                sorted = true;
-            }
-        });
-        if (sorted) activate();
-        detail::LoadSums<D> of_loads;
-        for_sets([&](auto& set) {
-            set.push(now_, dt, workers(),
-                     {std::uint32_t(number_of(set)), reactions ? reactions->about : std::nullopt,
-                      reactions ? &of_loads : nullptr});
-        });
-        if (reactions) of_loads.tell(*reactions, ranks());
+        all_ranks.use_mirrors(mirrors.planes);
+        if (this->begin_step(all_ranks, workers())) activate();
+        this->push(dt, all_ranks, workers());
         if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
         double largest = 0;
         if constexpr (acts_by_gap<Boundary>) {
             largest = update_by_gap(dt, acceleration);
         } else {
-            scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
+            scatter(dt, [&](auto sets) { make_grid(dt, mirrors, sets); });
             if constexpr (boundary_fits)
                 largest = grid_update(execution, grid_, dt, acceleration, boundary, mirrors,
                                       reactions ? &*reactions : nullptr);
         }
         bool right = true;
-        for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
-        for_sets([&](auto& set) {
+        this->spoil();  // particles cannot be used before G2P has moved them all
+        std::size_t k = 0;
+        for_materials([&](auto& set) {
             if constexpr (Volume::averages_volume)
-                scatter(dt, [&, k = number_of(set)](const auto&... sets) {
-                    average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, k, sets...);
+                scatter(dt, [&](auto sets) {
+                    average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, k, sets);
                 });
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
                 execution, set.particles.view(), set.partition, grid_, set.material, dt, transfer);
             set.report = pass.report;
             right = right && pass.right;
             if constexpr (Volume::averages_volume) restore_masses<Transfer>(execution, grid_);
+            ++k;
         });
-        ranks().end_g2p(sets_, now_.time + dt, right, largest, [&] {
-            detail::throw_wrong_particles(
-                sets_, domain(), sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
-                detail::likely_cause(grid_, dt, bound_.step, acceleration) +
-                    " The simulation can neither go on nor be written: restore() its last state.");
-        });
+        this->end_g2p(
+            dt, right, largest, [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); }, all_ranks);
         bound_.field_at_nodes = detail::is_uniform<Acceleration> ? -1 : largest;
-        for_sets([](auto& set) { set.readiness.end_step(); });
-        now_ = {now_.time + dt, now_.steps + 1, dt};
         boundary = advanced(boundary, dt);
-        for_sets([&](auto& set) {
-            set.take(now_.time);
-            if (ranks().has_lost(number_of(set))) set.readiness.unprepare();
-            set.give(now_.time, workers(), ranks().share());
-        });
+        this->end_step(all_ranks, workers());
     }
 
     /// Does and returns what make_grid() and grid_update() do, where the boundary acts by the gap of particles.
@@ -450,12 +418,12 @@ private:
         requires(acts_by_gap<Boundary> && boundary_fits)
     {
         double largest = 0;
-        scatter(dt, [&](const auto&... sets) {
-            const auto mirrors = mirrors_by_gap<Kernel>(execution, grid_, boundary, dt, gap_memory_, sets...);
-            make_grid(dt, mirrors, sets...);
+        scatter(dt, [&](auto sets) {
+            const auto mirrors = mirrors_by_gap<Kernel>(execution, grid_, boundary, dt, gap_memory_, sets);
+            make_grid(dt, mirrors, sets);
             largest = grid_update(execution, grid_, dt, acceleration, NoBoundary{});
             act_by_gap<Kernel>(execution, grid_, boundary, dt, mirrors, gap_memory_, reactions ? &*reactions : nullptr,
-                               sets...);
+                               sets);
         });
         return largest;
     }
@@ -464,108 +432,76 @@ private:
     {
         volume.check();
         if (!volume.is_due(now_.steps)) return;
-        const auto copies = [&](auto& grid, int threads) {
-            if constexpr (Law::between_groups) sum_copies(ranks(), grid, contact_memory_.meetings, threads);
-        };
-        std::array<bool, material_count> strays{};
         const S crossed = S(dt / domain().cell_size) * S(detail::fastest_signal(sets_));
-        scatter(dt, [&](const auto&... sets) {
-            strays = act_on_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, boundary, volume, crossed,
-                                            copies, sets_, sets...);
+        std::vector<bool> strays(material_count);
+        scatter(dt, [&](auto sets) {
+            if (const S share = volume.share(crossed); share > 0) {
+                std::size_t k = 0;
+                for_materials([&](auto& set) {
+                    filter_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, share, set.material,
+                                           ParticleSet{set.particles.view(), set.partition}, k++, sets);
+                });
+            }
+            if constexpr (shifts_particles<Volume>) strays = shift_all(crossed, sets);
         });
         if (!shifts_particles<Volume> || ranks().sum(std::size_t(std::ranges::count(strays, true))) == 0) return;
-        for_sets([&](auto& set) { sort(set); });
+        for (std::size_t k = 0; k < sets_.size(); ++k) this->sort(k, ranks(), workers());
         activate();
     }
-    /// Calls body(sets...) with the sets. Adds the step to the message of an overflow_error.
-    template <class Body>
-    void scatter(double dt, const Body& body) {
+    /// Moves particles off overfull nodes. \return for each set, whether it must be sorted
+    std::vector<bool> shift_all(const S& crossed, auto sets)
+        requires shifts_particles<Volume>
+    {
+        const auto copies = [&](auto& grid, int threads) {
+            if constexpr (Law::between_groups) sum_copies(ranks_of(execution), grid, contact_memory_.meetings, threads);
+        };
+        const S share = volume.shifted_share(crossed);
+        std::vector<bool> moves;
+        for_materials([&]<class M>(const MaterialSet<D, M>&) {
+            moves.push_back(has_volume_ratio<material_state_t<with_scalar_t<M, native_pack<S>>, D>>);
+        });
+        if (!(share > 0) || std::ranges::count(moves, true) == 0) return std::vector<bool>(material_count);
+        std::size_t k = 0;
+        for_materials([&]<class M>(MaterialSet<D, M>& set) {
+            find_present_volumes<M>(execution, filter_memory_, k++, ParticleSet{set.particles.view(), set.partition});
+        });
+        return shift_particles<Kernel>(execution, grid_, filter_memory_, boundary, share, copies, moves, sets);
+    }
+    /// Calls body(sets) with what P2G sees of the sets. Adds the step to the message of an overflow_error.
+    void scatter(double dt, const auto& body) {
         try {
-            std::apply([&](auto&... set) { body(ParticleSet{set.particles.view(), set.partition}...); }, sets_);
+            const auto sets = this->motions();
+            body(ParticleSets<MotionView<S, D, BlockedSpan<S>>>(sets));
         } catch (const overflow_error& failure) {
             detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_.step);
         }
     }
-    template <class M, class... Views>
-    void make_grid(double dt, const M& mirrors, const ParticleSet<Views>&... sets) {
-        p2g_with_velocities<Kernel, Transfer, Force>(execution, grid_, mirrors, dt, sets...);
-        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
+    void make_grid(double dt, const auto& mirrors, auto sets) {
+        p2g_with_velocities<Kernel, Transfer, Force>(execution, grid_, mirrors, dt, sets);
+        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets);
         if constexpr (Law::between_groups)
             meet_groups<Kernel>(execution, grid_, contact, dt, mirrors, contact_memory_,
-                                contact_impulses ? &*contact_impulses : nullptr, sets...);
+                                contact_impulses ? &*contact_impulses : nullptr, sets);
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes
     /// their stresses.
     /// \throws particle_error  if a step failed half-way, or if a particle has a value that is not finite or lies
     ///                         outside the domain
-    void prepare();
-    template <class Set>
-    void prepare(Set& set) {
-        const bool is_empty = ranks().sum(set.particles.size()) == 0;
-        if (is_empty && detail::may_have_particles(sets_, ranks())) {
-            set.partition = {};
-            set.report = {};
-            set.readiness.prepare();
-            return;
-        }
-        if (is_empty || set.particles.size() > 0) set.check_positions();
-        sort(set);
-        const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
-                                                     domain().cell_size);
-        ranks().require(pass.right, [&] {
-            detail::throw_wrong_particles(
-                sets_, domain(), sentence("Before step ", now_.steps, ", at ", now_.time, " s: "), 0,
-                "No step has done this: look at set_states(), edit_particles(), a restored state and the moduli.");
-        });
-        set.report = pass.report;
-        set.readiness.prepare();
-    }
-
-    bool any_set(const auto& is) const {
-        return std::apply([&](const auto&... set) { return (is(set) || ...); }, sets_);
-    }
-    /// Returns the index of the material of a set in the list of materials.
-    template <class Set>
-    std::size_t number_of(const Set& set) const {
-        std::size_t number = 0, i = 0;
-        const auto look = [&](const auto& other) {
-            if (static_cast<const void*>(&other) == &set) number = i;
-            ++i;
-        };
-        std::apply([&](const auto&... each) { (look(each), ...); }, sets_);
-        return number;
-    }
-    template <class Set>
-    void sort(Set& set) {
-        ranks().template bring_home<Kernel>(sets_, number_of(set));
-        set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
-        set.forget_pushes();
+    void prepare() {
+        if (this->prepare_sets(ranks(), workers())) activate();
     }
     void activate() {
-        std::array<BlockPartition<D>*, material_count> all{};
-        std::size_t i = 0;
-        for_sets([&](auto& set) { all[i++] = &set.partition; });
-        grid_.activate(all, workers());
-        ranks().template meet<Kernel>(grid_, all, workers());
-        [[maybe_unused]] const auto& elsewhere =
-            ranks().copies_elsewhere(grid_, all, Law::between_groups, acts_by_gap<Boundary>, workers());
+        const CopiesElsewhere elsewhere = Run::activate(ranks(), Law::between_groups, acts_by_gap<Boundary>, workers());
         if constexpr (acts_by_gap<Boundary>) gap_memory_.forget();
-        if constexpr (Law::between_groups) contact_memory_.meetings.find(grid_, all, elsewhere);
+        if constexpr (Law::between_groups) contact_memory_.meetings.find(grid_, this->partitions(), elsewhere);
     }
 
-    void for_sets(const auto& f) {
-        std::apply([&](auto&... set) { (f(set), ...); }, sets_);
-    }
-    SparseGrid<S, D> grid_;
-    Sets sets_;
     TransferMemory<S> transfer_memory_;
     VolumeMemory<S> volume_memory_;
     FilterMemory<S> filter_memory_;
     [[no_unique_address]] std::conditional_t<Law::between_groups, ContactMemory<Kernel, D>, OneField> contact_memory_;
     [[no_unique_address]] std::conditional_t<acts_by_gap<Boundary>, GapMemory<Kernel, D>, NoBoundary> gap_memory_;
-    detail::StepBound bound_;
-    detail::Warnings warnings_;
 };
 
 /// Deduces the type of the simulation from its policies, given in any order: `Simulation simulation(domain, material,

@@ -1,4 +1,3 @@
-/// \file Compiles the functions that write, read and restore states of Simulation<2> and Simulation<3>, for the library
-/// firn::compiled_hdf5.
-#define FIRN_COMPILES 0
+/// \file Compiles the functions that make, write, read and restore states, for the library firn::compiled_hdf5.
+#define FIRN_COMPILES FIRN_STATES
 #include <firn/io/states.hpp>

@@ -37,7 +37,7 @@ struct PlacesOfParticles {
 /// Stores particles whose fields are described by a table. In the table, the built-in fields come first.
 template <std::floating_point S, int D>
 class ParticleStore {
-    using BuiltIn = ParticleView<S, D, BlockedSpan<S>>;
+    using BuiltIn = MotionView<S, D, BlockedSpan<S>>;
 
 public:
     /// Index (in the table) of the field `place`, a particle's position within its block. \see set_place
@@ -334,6 +334,14 @@ public:
         end_ = order.size();
         blocks_.resize(partition.ranges.size());
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
+    }
+
+    /// Returns the arrays that P2G and contact read. The addresses are valid until the store is changed.
+    BuiltIn motion() {
+        BuiltIn view{};
+        constexpr auto built_in = BuiltIn::built_in();
+        for (std::size_t f = 0; f < built_in.size(); ++f) view.*(built_in[f].member) = span(f);
+        return view;
     }
 
     /// Size of the memory that the store has allocated [bytes].

@@ -101,6 +101,21 @@ struct ParticleView {
     }
 };
 
+/// The state of a material that has none.
+struct NoState {
+    static constexpr auto fields() { return std::tuple{}; }
+};
+/// What P2G and contact see of particles: all arrays except those of the material's state. So these stages are compiled
+/// once, for all materials.
+template <std::floating_point S, int D, class Field>
+using MotionView = ParticleView<S, D, Field, NoState>;
+
+/// Returns a view of the same particles without the material's state.
+template <std::floating_point S, int D, class Field, class State>
+MotionView<S, D, Field> motion_of(const ParticleView<S, D, Field, State>& view) {
+    return {view.position, view.velocity, view.affine, view.stress, view.mass, view.volume, {}};
+}
+
 /// Particles in arrays of another program. S is float or double; D is 2 or 3.
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;

@@ -64,9 +64,8 @@ public:
 
     /// Returns the addresses of the particles' arrays. The addresses are valid until particles are added or sorted.
     View view() {
-        View view{};
-        constexpr auto built_in = View::built_in();
-        for (std::size_t f = 0; f < built_in.size(); ++f) view.*(built_in[f].member) = this->span(f);
+        const auto motion = this->motion();
+        View view{motion.position, motion.velocity, motion.affine, motion.stress, motion.mass, motion.volume, {}};
         for (std::size_t f = 0; f < state_field_count<State>; ++f)
             view.state[f] = this->span(Store::built_in_fields + f);
         return view;

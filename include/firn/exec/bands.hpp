@@ -81,21 +81,19 @@ std::vector<Band> bands(const SparseGrid<S, D>& grid, const BlockPartition<D>& p
 /// Clears all blocks of the grid and scatters all sets of particles, band by band.
 /// \param clear    clear(begin, end) clears the blocks begin ≤ b < end
 /// \param scatter  scatter(set, phases) adds the contributions of a set's groups in a PhaseRange
-template <std::floating_point S, int D, class Clear, class Scatter, class... Views>
+template <std::floating_point S, int D, class Clear, class Scatter, class View>
 void scatter_by_bands(const SparseGrid<S, D>& grid, const Clear& clear, const Scatter& scatter,
-                      const ParticleSet<Views>&... sets) {
+                      ParticleSets<View> sets) {
     std::size_t cleared = 0;
     const auto clear_to = [&](std::size_t block) {
         if (block > cleared) clear(cleared, block);
         cleared = std::max(cleared, block);
     };
-    const auto scatter_set = [&](const auto& set) {
+    for (const ParticleSet<View>& set : sets)
         for (const Band& band : bands(grid, set.partition)) {
             clear_to(band.blocks);
             scatter(set, band.phases);
         }
-    };
-    (scatter_set(sets), ...);
     clear_to(grid.block_count());
 }
 

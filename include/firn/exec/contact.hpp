@@ -333,9 +333,9 @@ void sum_copies(const Ranks& ranks, SparseGrid<S, D>& grid, const MeetingPlaces<
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 /// \param sets      all sets on the grid, in the order of their partitions
 template <class Kernel, class Law, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
-          class... Views>
+          class View>
 void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const M& mirrors,
-                 ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
+                 ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, ParticleSets<View> sets) {
     const auto ranks = ranks_of(execution);
     const auto& places = memory.meetings.places();
     const int threads = thread_count(requested_threads(execution));
@@ -350,8 +350,7 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
         parallel_for(
             places.size(), threads, [&](std::size_t i, int) { detail::find_meeting_nodes(grid, places[i], memory); },
             16);
-        memory.meetings.near().find(
-            grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
+        memory.meetings.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
         parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
             memory.of_places[i].clear();
             detail::meet_at(ranks, grid, masses, memory.meetings, places[i],

@@ -101,10 +101,10 @@ struct OneRank {
     }
     /// Before the particles of set `number` are sorted: sends them to the ranks that own their blocks.
     template <class Kernel, class Sets>
-    static void bring_home(Sets&, std::size_t /* number */) {}
+    static void bring_home(const Kernel&, Sets&, std::size_t /* number */) {}
     /// After a grid was activated: finds the blocks of nodes that several ranks share.
     template <class Kernel, class Grid, class Partitions>
-    static void meet(Grid&, const Partitions&, int /* threads */) {}
+    static void meet(const Kernel&, Grid&, const Partitions&, int /* threads */) {}
     /// Before P2G: takes note of the mirrored walls, behind which nodes depend on those in front.
     template <class Planes>
     static void use_mirrors(const Planes&) {}

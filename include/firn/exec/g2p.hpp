@@ -333,11 +333,15 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(execution, view, partition, grid,
                                                                                 material, dt, transfer);
             if (pass.right) return pass.report;
-            detail::throw_wrong(
-                detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),
-                sentence("They come from a step of ", dt,
-                         " s: compare it with the bound of the time step, and look for a force or a "
-                         "stiffness that is too large."));
+            detail::throw_wrong(detail::wrong_particles(partition.particles,
+                                                        [&](auto& reader) {
+                                                            detail::read_facts(view, partition, &grid.domain(),
+                                                                               grid.domain().cell_size, material, dt,
+                                                                               reader);
+                                                        }),
+                                sentence("They come from a step of ", dt,
+                                         " s: compare it with the bound of the time step, and look for a force or a "
+                                         "stiffness that is too large."));
         }
     }
     return {};
@@ -356,7 +360,12 @@ G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Fie
     check_material<D>(material);
     const auto pass = detail::update_stress_pass(execution, view, partition, material, cell_size);
     if (!pass.right)
-        detail::throw_wrong(detail::wrong_particles<D>(view, partition, nullptr, cell_size, material, 0),
+        detail::throw_wrong(detail::wrong_particles(partition.particles,
+                                                    [&](auto& reader) {
+                                                        detail::read_facts(view, partition,
+                                                                           static_cast<const Domain<D>*>(nullptr),
+                                                                           cell_size, material, 0, reader);
+                                                    }),
                             "Look at what velocities and states were set to, and at the moduli.");
     return pass.report;
 }

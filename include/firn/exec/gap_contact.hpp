@@ -1,11 +1,11 @@
 /// \file The pass in which walls and colliders act by the gap of particles. \see GapContact. It follows the grid
 /// update:
 ///
-///     const auto mirrors = mirrors_by_gap<Kernel>(execution, grid, boundary, dt, memory, sets...);
-///     before_p2g<Kernel, Transfer>(execution, grid, mirrors, sets...);
+///     const auto mirrors = mirrors_by_gap<Kernel>(execution, grid, boundary, dt, memory, sets);
+///     before_p2g<Kernel, Transfer>(execution, grid, mirrors, sets);
 ///     …
 ///     grid_update(execution, grid, dt, acceleration, NoBoundary{});
-///     act_by_gap<Kernel>(execution, grid, boundary, dt, mirrors, memory, reactions, sets...);
+///     act_by_gap<Kernel>(execution, grid, boundary, dt, mirrors, memory, reactions, sets);
 ///     …
 ///
 /// and memory.forget() follows each grid.activate().
@@ -78,6 +78,13 @@ private:
 };
 
 namespace detail {
+
+template <class View>
+auto partitions_of(ParticleSets<View> sets) {
+    std::vector<const BlockPartition<View::dimension>*> partitions;
+    for (const ParticleSet<View>& set : sets) partitions.push_back(&set.partition);
+    return partitions;
+}
 
 /// Returns whether a boundary may act on nodes of block b.
 template <std::floating_point S, int D, class Boundary>
@@ -158,16 +165,16 @@ void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory
 /// \param memory  pass the same object in every step
 /// \param sets    all sets on the grid
 /// \throws parameter_error  in the cases of mirrors_of(), or if `dt` is not valid
-template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
 MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D>& grid,
                                const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, D>& memory,
-                               const ParticleSet<Views>&... sets) {
+                               ParticleSets<View> sets) {
     detail::check_step(dt);
     MirrorsByGap<S> mirrors{mirrors_of<Kernel>(boundary, grid.domain())};
     if (mirrors.planes.empty()) return mirrors;
     constexpr int padded = detail::BlockColumns<S, D>::padded;
     const int threads = thread_count(requested_threads(execution));
-    const BlockPartition<D>* const partitions[] = {&sets.partition...};
+    const std::vector<const BlockPartition<D>*> partitions = detail::partitions_of(sets);
     const auto has_plane = [&](const MirrorPlane& plane, std::size_t b) {
         return grid.block_along(b, plane.axis) == plane.node >> 2;
     };
@@ -203,7 +210,7 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
             memory.near().mark_around(place.near, detail::BoxMasks<D>::along(axis, 1u << (mirrors.planes[p].node & 3)));
         });
         memory.near().find(
-            grid.domain(), others, threads, [&](auto& near) { ranks_of(execution).bring_near(near); }, sets...);
+            grid.domain(), others, threads, [&](auto& near) { ranks_of(execution).bring_near(near); }, sets);
         for_columns([&](const auto& place, std::size_t p, std::size_t thread) {
             detail::find_closing(memory.near(), place, mirrors.planes[p], grid.domain().cell_size, dt,
                                  memory.of_threads[thread],
@@ -221,17 +228,17 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted. \see Reactions
 /// \param sets       all sets on the grid
 /// \throws parameter_error  if `dt` or a parameter of the boundary is not valid
-template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
 void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary, double dt,
                 const MirrorsByGap<S>& mirrors, GapMemory<Kernel, D>& memory, Reactions<D>* reactions,
-                const ParticleSet<Views>&... sets) {
+                ParticleSets<View> sets) {
     detail::check_step(dt);
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     const auto exact = lift<double>(here);
     const auto ranks = ranks_of(execution);
     const int threads = thread_count(requested_threads(execution));
     if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
-        const BlockPartition<D>* const partitions[] = {&sets.partition...};
+        const std::vector<const BlockPartition<D>*> partitions = detail::partitions_of(sets);
         memory.find_places(grid, partitions, threads,
                            [&](std::size_t b) { return detail::reaches_block(here, grid, b); });
     }
@@ -249,7 +256,7 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
             memory.near().mark_around(places[i].near, memory.nodes[i]);
         };
         parallel_for(places.size(), threads, look, 4);
-        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
+        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
         const auto act = [&](std::size_t i, int thread) {
             const bool counts = reactions && ranks.template counts<D>(places[i].block);
             Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;

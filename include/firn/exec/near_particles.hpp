@@ -207,9 +207,9 @@ public:
     /// Finds the particles of the marked blocks, and removes the marks.
     /// \param mirrors  walls behind which particles have mirror images; these count as particles
     /// \param share    called as share(*this) between finding and sorting: may change found()
-    template <class Share, class... Views>
+    template <class Share, class View>
     void find(const Domain<D>& domain, const Mirrors& mirrors, int threads, const Share& share,
-              const ParticleSet<Views>&... sets) {
+              ParticleSets<View> sets) {
         parallel_for(sources_.size(), threads, [&](std::size_t s, int) {
             Source& source = sources_[s];
             source.strays.clear(), source.images.clear();
@@ -217,13 +217,8 @@ public:
                 std::any_of(source.to.begin(), source.to.end(), [&](auto b) { return is_marked(b); });
             if (!is_needed && mirrors.planes.empty()) return;
             find_needed(source);
-            for (std::uint32_t r = source.first; r < source.last; ++r) {
-                std::uint32_t number = 0;
-                [[maybe_unused]] const auto convert_if = [&](const auto& set) {
-                    if (number++ == ranges_[r].first) convert(source, set, ranges_[r].second, domain, mirrors);
-                };
-                (convert_if(sets), ...);
-            }
+            for (std::uint32_t r = source.first; r < source.last; ++r)
+                convert(source, sets[ranges_[r].first], ranges_[r].second, domain, mirrors);
             if (is_marked(source.to[around / 2]))
                 blocks_[source.to[around / 2]].sort();  // as long as it is in the cache
         });

@@ -195,10 +195,10 @@ void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const 
 /// Checks the arguments of p2g().
 /// \throws parameter_error  if `dt` [s] is negative or not finite
 /// \throws usage_error      if the grid was not activated for the partitions of all sets
-template <std::floating_point S, int D, class... Views>
-void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+template <std::floating_point S, int D, class View>
+void check_p2g(const SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
     check_step(dt);
-    (grid.require_active(sets.partition), ...);
+    for (const ParticleSet<View>& set : sets) grid.require_active(set.partition);
 }
 
 }  // namespace detail
@@ -214,9 +214,9 @@ void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>
 /// \throws parameter_error  if `dt` is negative or not finite
 /// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed (the
 ///                          values of the grid are then undefined)
-template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
-void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
-    detail::check_p2g(grid, dt, sets...);
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class View>
+void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
+    detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         S* const nodes = grid.nodes(0);
@@ -225,25 +225,29 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
             [&](std::size_t begin, std::size_t end) {
                 detail::clear_blocks<D>(nodes, node_width, begin, end, threads);
             },
-            [&](const auto& set, PhaseRange phases) {
+            [&](const ParticleSet<View>& set, PhaseRange phases) {
                 detail::scatter_coloured<Kernel, Transfer, Force>(set, grid, dt, threads, FloatSums<S>{}, nodes,
                                                                   phases);
             },
-            sets...);
+            sets);
     });
 }
 
 /// Particles to grid in one thread. This function has the same requirements, and throws the same errors, as the p2g()
 /// that takes a Coloured.
-template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
-void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
-    detail::check_p2g(grid, dt, sets...);
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class View>
+void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
+    detail::check_p2g(grid, dt, sets);
     detail::clear(grid.nodes(0), node_width, grid, 1);
-    const auto scatter = [&](const auto& set) {
+    for (const ParticleSet<View>& set : sets)
         for (const BlockGroup& group : set.partition.groups)
             detail::scatter_group<Kernel, Transfer, Force>(set, group, grid, dt, FloatSums<S>{}, grid.nodes(0));
-    };
-    (scatter(sets), ...);
+}
+
+/// As p2g() with all sets, for sets given one by one.
+template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class... Views>
+void p2g(const Execution& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+    detail::with_sets([&](auto all) { p2g<Kernel, Transfer, Force>(execution, grid, dt, all); }, sets...);
 }
 
 /// Particles to grid for one set of particles, with any execution.

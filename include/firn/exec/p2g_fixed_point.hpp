@@ -170,9 +170,9 @@ struct JoinNothing {
 /// \return the scale of the sums
 /// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, class Join, std::floating_point S,
-          int D, class... Views>
+          int D, class View>
 FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join& join, SparseGrid<S, D>& grid,
-                                 double dt, const ParticleSet<Views>&... sets) {
+                                 double dt, ParticleSets<View> sets) {
     const int threads = thread_count(execution.threads);
     const GridIntegers<Integer> integers = integers_of<Integer>(grid);
     Integer* const sums = integers.sums;
@@ -186,7 +186,8 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join
     const FixedPointScale<S> tried = tries ? *grid.last_scale : FixedPointScale<S>{S(1), S(1)};
     std::vector<typename Measured::Seen> seen{std::size_t(threads)};
     const Measured measured(tried, seen.data(), integers.counts, tries);
-    (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
+    for (const ParticleSet<View>& set : sets)
+        scatter_coloured<Kernel, Transfer, Force>(set, grid, dt, threads, measured, sums);
     join.join_counts(integers.counts);
     FixedPointLoad<S> load = load_of_all(seen, integers.counts, grid);
     const bool fitted = join.join_loads(
@@ -209,15 +210,14 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join
         if (tries) clear(sums, node_width, grid, threads);
         if constexpr (How == Adding::coloured) {
             const IntegerSums<Integer, S> right(scale);
-            (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, right, sums), ...);
+            for (const ParticleSet<View>& set : sets)
+                scatter_coloured<Kernel, Transfer, Force>(set, grid, dt, threads, right, sums);
         } else {
             const AtomicSums<Integer, S> atomic(scale);
-            const auto scatter = [&](const auto& set) {
+            for (const ParticleSet<View>& set : sets)
                 parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
                     scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic, sums);
                 });
-            };
-            (scatter(sets), ...);
         }
     }
     return scale;
@@ -229,15 +229,14 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join
 /// takes a Coloured, and throws the same errors, too.
 /// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
-          class... Views>
-void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
-         const ParticleSet<Views>&... sets) {
-    detail::check_p2g(grid, dt, sets...);
+          class View>
+void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
+    detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         detail::JoinNothing join;
         const FixedPointScale<S> scale =
-            detail::sum_in_quanta<Kernel, Transfer, Force>(execution, join, grid, dt, sets...);
+            detail::sum_in_quanta<Kernel, Transfer, Force>(execution, join, grid, dt, sets);
         detail::to_nodes(detail::integers_of<Integer>(grid).sums, scale, grid, threads);
     });
 }

@@ -81,20 +81,20 @@ void scatter_twice(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, d
 /// Particles to grid, after before_p2g(): does the work of both, with the same results and errors.
 /// \param mirrors  the mirrored walls. \see mirrors_of
 template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D,
-          std::derived_from<Mirrors> M, class... Views>
+          std::derived_from<Mirrors> M, class View>
 void p2g_with_velocities(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, double dt,
-                         const ParticleSet<Views>&... sets) {
-    before_p2g<Kernel, Transfer>(execution, grid, mirrors, sets...);
-    p2g<Kernel, Transfer, Force>(execution, grid, dt, sets...);
+                         ParticleSets<View> sets) {
+    before_p2g<Kernel, Transfer>(execution, grid, mirrors, sets);
+    p2g<Kernel, Transfer, Force>(execution, grid, dt, sets);
 }
 
 /// As above, with the same bits. If the transfer blends velocities, the particles are read once.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, std::derived_from<Mirrors> M,
-          class... Views>
+          class View>
     requires(blends_velocities<Transfer>)
 void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, const M& mirrors, double dt,
-                         const ParticleSet<Views>&... sets) {
-    detail::check_p2g(grid, dt, sets...);
+                         ParticleSets<View> sets) {
+    detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         grid.exchange(1, threads);  // so that there is a layer 1
@@ -105,13 +105,22 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
                 for (S* const numbers : {plain, forced})
                     detail::clear_blocks<D>(numbers, node_width, begin, end, threads);
             },
-            [&](const auto& set, PhaseRange phases) {
+            [&](const ParticleSet<View>& set, PhaseRange phases) {
                 detail::scatter_twice<Kernel, Transfer, Force>(set, grid, dt, threads, plain, forced, phases);
             },
-            sets...);
+            sets);
         detail::velocities_of_momenta(execution, grid, mirrors);
         grid.exchange(1, threads);
     });
+}
+
+/// As p2g_with_velocities() with all sets, for sets given one by one.
+template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D,
+          std::derived_from<Mirrors> M, class... Views>
+void p2g_with_velocities(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, double dt,
+                         const ParticleSet<Views>&... sets) {
+    detail::with_sets(
+        [&](auto all) { p2g_with_velocities<Kernel, Transfer, Force>(execution, grid, mirrors, dt, all); }, sets...);
 }
 
 }  // namespace firn::inline FIRN_BUILD

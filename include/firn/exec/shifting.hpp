@@ -8,10 +8,9 @@
 #include <firn/stage/shifting.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <tuple>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -238,87 +237,59 @@ private:
     const detail::VolumeView<View>& view_;
 };
 
-/// Moves particles off overfull nodes, those of the sets whose state contains a volume ratio J. Velocities, affine
-/// fields and states stay. The numbers of the nodes are overwritten: call this function before p2g().
-/// \param memory     memory; pass the same object in every step
-/// \param boundary   its walls and solids leave less room for matter, and no particle is moved into them
-/// \param share      s, from 0 to 1. \see shift_of
-/// \param copies     copies(grid, threads) adds up the sums of contact groups. \see sum_copies
-/// \param materials  the materials of the sets
-/// \param sets       all sets on the grid, in the order of p2g()
+/// Finds the present volumes V0 J of the particles of set k, for shift_particles().
+template <class Material, class Execution, std::floating_point S, class View>
+void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,
+                          const ParticleSet<View>& set) {
+    using P = native_pack<S>;
+    using State = material_state_t<with_scalar_t<Material, P>, View::dimension>;
+    const int threads = thread_count(requested_threads(execution));
+    if (memory.present.size() <= k) memory.present.resize(k + 1);
+    parallel_region(threads, [&] {
+        const auto volumes = detail::numbers_like(set.view, memory.present[k], set.partition.slots(), threads);
+        detail::for_registers(set, threads, [&](const Slots& slots) {
+            P volume = set.view.volume.template load_or_zero<P>(slots, 0);
+            if constexpr (has_volume<State>) volume = present_volume(load_state<State>(set.view.state, slots), volume);
+            const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
+            volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
+        });
+    });
+}
+
+/// Moves particles off overfull nodes. Velocities, affine fields and states stay. The numbers of the nodes are
+/// overwritten: call this function before p2g().
+/// \param memory    memory in which find_present_volumes() has found the volumes of all sets
+/// \param boundary  its walls and solids leave less room for matter, and no particle is moved into them
+/// \param share     s, from 0 to 1. \see shift_of
+/// \param copies    copies(grid, threads) adds up the sums of contact groups. \see sum_copies
+/// \param moves     for each set, whether its particles are moved: those whose state contains a volume ratio J
+/// \param sets      all sets on the grid, in the order of p2g()
 /// \return for each set, whether a particle may now be too far from its block: sort the set before p2g()
 /// \throws overflow_error  if fixed-point sums could overflow
-template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class Copies, class... Materials,
-          class... Views>
-std::array<bool, sizeof...(Views)> shift_particles(const Execution& execution, SparseGrid<S, D>& grid,
-                                                   FilterMemory<S>& memory, const Boundary& boundary, S share,
-                                                   const Copies& copies,
-                                                   [[maybe_unused]] const std::tuple<const Materials&...>& materials,
-                                                   const ParticleSet<Views>&... sets) {
-    using P = native_pack<S>;
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class Copies, class View>
+std::vector<bool> shift_particles(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory,
+                                  const Boundary& boundary, S share, const Copies& copies,
+                                  const std::vector<bool>& moves, ParticleSets<View> sets) {
     const int threads = thread_count(requested_threads(execution));
-    memory.present.resize(sizeof...(Views));
-    std::array<bool, sizeof...(Views)> strays{};
+    std::vector<bool> strays(sets.size());
     parallel_region(threads, [&] {
-        std::size_t number = 0;
-        const auto with_volumes = [&]<class Material, class View>(std::type_identity<Material>,
-                                                                  const ParticleSet<View>& set) {
-            using State = material_state_t<with_scalar_t<Material, P>, D>;
-            const auto volumes =
-                detail::numbers_like(set.view, memory.present[number++], set.partition.slots(), threads);
-            detail::for_registers(set, threads, [&](const Slots& slots) {
-                P volume = set.view.volume.template load_or_zero<P>(slots, 0);
-                if constexpr (has_volume<State>)
-                    volume = present_volume(load_state<State>(set.view.state, slots), volume);
-                const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
-                volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
-            });
-            return ParticleSet<detail::VolumeView<View>>{{set.view.position, volumes}, set.partition};
-        };
-        const std::tuple<ParticleSet<detail::VolumeView<Views>>...> all{
-            with_volumes(std::type_identity<Materials>{}, sets)...};
+        std::vector<ParticleSet<detail::VolumeView<View>>> all;
+        for (const ParticleSet<View>& set : sets) {
+            auto& volumes = memory.present[all.size()];
+            all.push_back({{set.view.position, detail::numbers_like(set.view, volumes, set.partition.slots(), threads)},
+                           set.partition});
+        }
         std::swap(grid.last_scale, memory.scale_of_present);
-        std::apply(
-            [&](const auto&... each) {
-                p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0, each...);
-            },
-            all);
+        p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
+                                                                  ParticleSets<detail::VolumeView<View>>(all));
         std::swap(grid.last_scale, memory.scale_of_present);
         copies(grid, threads);
         const detail::RoomOfDomain<S, D> room(boundary, grid.domain());
         detail::find_excess<Kernel>(grid, room, boundary, threads);
-        number = 0;
-        const auto shift = [&]<class Material, class View>(std::type_identity<Material>, const ParticleSet<View>& set) {
-            if constexpr (has_volume_ratio<material_state_t<with_scalar_t<Material, P>, D>>)
-                strays[number] = detail::shift_set<Kernel>(set, grid, room, boundary, share, threads);
-            ++number;
-        };
-        (shift(std::type_identity<Materials>{}, sets), ...);
+        for (std::size_t k = 0; k < sets.size(); ++k)
+            if (moves[k]) strays[k] = detail::shift_set<Kernel>(sets[k], grid, room, boundary, share, threads);
     });
     return strays;
-}
-
-/// Lets a policy that filters volume ratios act on all sets: filter_volumes(), then shift_particles().
-/// \param crossed  dt c/h: the way of sound in this step [cells]
-/// \param owners   a tuple of objects with a member `material`, one for each set
-/// \return for each set, whether a particle may now be too far from its block: sort the set before p2g()
-/// \throws overflow_error  if fixed-point sums could overflow
-template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class Volume, class Copies,
-          class... Owners, class... Views>
-std::array<bool, sizeof...(Views)> act_on_volumes(const Execution& execution, SparseGrid<S, D>& grid,
-                                                  FilterMemory<S>& memory, const Mirrors& mirrors,
-                                                  const Boundary& boundary, const Volume& volume, S crossed,
-                                                  const Copies& copies, const std::tuple<Owners...>& owners,
-                                                  const ParticleSet<Views>&... sets) {
-    const auto materials = std::apply([](const auto&... owner) { return std::tie(owner.material...); }, owners);
-    if (const S share = volume.share(crossed); share > 0)
-        unroll<int(sizeof...(Views))>([&](auto k) {
-            filter_volumes<Kernel>(execution, grid, memory, mirrors, share, std::get<k>(materials), k, sets...);
-        });
-    if constexpr (shifts_particles<Volume> && (has_volume_ratio<typename Views::state_type> || ...))
-        if (const S share = volume.shifted_share(crossed); share > 0)
-            return shift_particles<Kernel>(execution, grid, memory, boundary, share, copies, materials, sets...);
-    return {};
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -112,18 +112,15 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
 
 /// Interpolates the velocities of layer_of_sum to the particles, and transfers their momenta to the nodes.
 /// \param sets  the sets of particles; the velocities of their views are memory for the interpolated velocities
-template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
-void there_and_back(const Execution& execution, SparseGrid<S, D>& grid, int threads,
-                    const ParticleSet<Views>&... sets) {
-    const auto gather = [&]<class View>(const ParticleSet<View>& set) {
-        const Positions<View> positions(grid.domain());
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class View>
+void there_and_back(const Execution& execution, SparseGrid<S, D>& grid, int threads, ParticleSets<View> sets) {
+    const Positions<View> positions(grid.domain());
+    for (const ParticleSet<View>& set : sets)
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
             const BlockGroup& group = set.partition.groups[g];
             gather_velocities<Kernel>(set, group, GroupPlaces<View>(set.view, set.partition, group, positions), grid);
         });
-    };
-    (gather(sets), ...);
-    p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, sets...);
+    p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, sets);
 }
 
 /// Interpolates the velocities of layer_of_sum to the particles of a group, and scatters their momenta to the nodes,
@@ -167,13 +164,12 @@ template <class Kernel, class View, std::floating_point S, int D>
 
 /// Does the work of there_and_back() for Coloured and transfers without an affine field, with the same bits: each group
 /// of particles goes there and back at once.
-template <class Kernel, class Transfer, std::floating_point S, int D, class... Views>
-void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const ParticleSet<Views>&... sets) {
+template <class Kernel, class Transfer, std::floating_point S, int D, class View>
+void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, ParticleSets<View> sets) {
     const auto clear_some = [&](std::size_t begin, std::size_t end) {
         clear_blocks<D>(grid.nodes(0), node_width, begin, end, threads);
     };
-    const auto scatter = [&]<class View>(const ParticleSet<View>& set, PhaseRange phases) {
-        if (is_silent(set)) return;
+    const auto scatter = [&](const ParticleSet<View>& set, PhaseRange phases) {
         const Positions<View> positions(grid.domain());
         const ParticleReader<View> reader(set.view, grid.domain(), 0);
         for_groups_by_phase(
@@ -187,7 +183,7 @@ void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const Particl
             },
             phases);
     };
-    scatter_by_bands(grid, clear_some, scatter, sets...);
+    scatter_by_bands(grid, clear_some, scatter, sets);
 }
 
 /// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.
@@ -196,11 +192,17 @@ void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, const Particl
 /// the end, so that grid_update() sees the full impulse of the walls: friction and reactions need it. As all terms are
 /// symmetric about the walls, this changes nothing else.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
-          class... Views>
+          class View>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
-                    TransferMemory<S>& memory, const M& mirrors, int threads, const ParticleSet<Views>&... sets) {
+                    TransferMemory<S>& memory, const M& mirrors, int threads, ParticleSets<View> sets) {
     using P = native_pack<S>;
-    memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
+    memory.velocities.resize(std::max(memory.velocities.size(), sets.size()));
+    std::vector<ParticleSet<View>> with_memory;  // the velocities of their particles are those of the series
+    for (const ParticleSet<View>& set : sets) {
+        View view = set.view;
+        view.velocity = vectors_like(view, memory.velocities[with_memory.size()], set.partition.slots(), threads);
+        with_memory.push_back({view, set.partition});
+    }
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
     const bool is_mirrored = !mirrors.planes.empty();
     if (is_mirrored) {
@@ -209,18 +211,11 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
     }
     keep_in_layer(grid, 1, threads);
     for (int j = 1; j < transfer.order; ++j) {
-        const auto with_memory = [&](const auto& set, std::size_t i) {
-            auto taken = set;
-            taken.view.velocity = vectors_like(set.view, memory.velocities[i], set.partition.slots(), threads);
-            return taken;
-        };
         grid.exchange(layer_of_sum, threads);
-        [&]<std::size_t... I>(std::index_sequence<I...>) {
-            if constexpr (std::same_as<Execution, Coloured> && !Transfer::affine)
-                there_and_back_by_groups<Kernel, Transfer>(grid, threads, with_memory(sets, I)...);
-            else
-                there_and_back<Kernel, Transfer>(execution, grid, threads, with_memory(sets, I)...);
-        }(std::index_sequence_for<Views...>{});
+        if constexpr (std::same_as<Execution, Coloured> && !Transfer::affine)
+            there_and_back_by_groups<Kernel, Transfer>(grid, threads, ParticleSets<View>(with_memory));
+        else
+            there_and_back<Kernel, Transfer>(execution, grid, threads, ParticleSets<View>(with_memory));
         velocities_of_momenta(execution, grid, mirrors);
         const S *const first = grid.layer(1), *const last = grid.layer(layer_of_sum);
         const bool is_last = j + 1 == transfer.order;
@@ -248,17 +243,23 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
 /// blend particle velocities with these node velocities need this function; for other transfers it does nothing.
 /// \param mirrors  the mirrored walls. \see mirrors_of
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
-          class... Views>
-void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors,
-                const ParticleSet<Views>&... sets) {
+          class View>
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, ParticleSets<View> sets) {
     if constexpr (blends_velocities<Transfer>) {
         const int workers = thread_count(requested_threads(execution));
         parallel_region(workers, [&] {
-            p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets...);
+            p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets);
             detail::velocities_of_momenta(execution, grid, mirrors);
             grid.exchange(1, workers);
         });
     }
+}
+/// As before_p2g() with all sets, for sets given one by one.
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
+          class... Views>
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors,
+                const ParticleSet<Views>&... sets) {
+    detail::with_sets([&](auto all) { before_p2g<Kernel, Transfer>(execution, grid, mirrors, all); }, sets...);
 }
 /// As before_p2g() with `mirrors`, for boundaries without mirrored walls.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
@@ -273,17 +274,24 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Partic
 /// \param mirrors  the mirrored walls. \see mirrors_of
 /// \throws parameter_error  if the order of the transfer is less than 1
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
-          class... Views>
+          class View>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
-               const M& mirrors, const ParticleSet<Views>&... sets) {
+               const M& mirrors, ParticleSets<View> sets) {
     if constexpr (refines_velocities<Transfer>) {
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
         const int threads = thread_count(requested_threads(execution));
         parallel_region(threads, [&] {
-            detail::refine_momenta<Kernel>(execution, grid, transfer, memory, mirrors, threads, sets...);
+            detail::refine_momenta<Kernel>(execution, grid, transfer, memory, mirrors, threads, sets);
         });
     }
+}
+/// As after_p2g() with all sets, for sets given one by one.
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
+          class... Views>
+void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
+               const M& mirrors, const ParticleSet<Views>&... sets) {
+    detail::with_sets([&](auto all) { after_p2g<Kernel>(execution, grid, transfer, memory, mirrors, all); }, sets...);
 }
 /// As after_p2g() with `mirrors`, for boundaries without mirrored walls.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>

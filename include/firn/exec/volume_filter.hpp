@@ -32,12 +32,11 @@ void for_registers(const ParticleSet<View>& set, int threads, const Body& body) 
 /// Averages numbers of the particles of one set at the nodes; the other sets are silent. Afterwards component 0 of
 /// every node holds Σ N w a / Σ N w, with the weights N of the particles at the node, and their numbers a (rate) and
 /// weights w (volume).
-template <class Kernel, class Execution, std::floating_point S, int D, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class View>
 void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
-                      std::optional<FixedPointScale<S>>& scale, int threads,
-                      const ParticleSet<RateView<Views>>&... sets) {
+                      std::optional<FixedPointScale<S>>& scale, int threads, ParticleSets<RateView<View>> sets) {
     std::swap(grid.last_scale, scale);
-    p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets...);
+    p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets);
     std::swap(grid.last_scale, scale);
     mirror_rates(execution, grid, mirrors);
     for_nodes(grid, threads, [](S* node, std::size_t) {
@@ -75,35 +74,38 @@ void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, 
 /// \param mirrors   the mirrored walls. \see mirrors_of
 /// \param share     b, the share of the null modes that is removed, from 0 to 1
 /// \param material  the material of set k
+/// \param set       set k, with the states of its particles
 /// \param k         index of the set among `sets`
 /// \param sets      all sets on the grid, in the order of p2g()
 /// \throws overflow_error  if fixed-point sums could overflow
-template <class Kernel, class Execution, std::floating_point S, int D, class Material, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Material, class OfSet, class View>
 void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory, const Mirrors& mirrors,
-                    S share, const Material& material, std::size_t k, const ParticleSet<Views>&... sets) {
+                    S share, const Material& material, const ParticleSet<OfSet>& set, std::size_t k,
+                    ParticleSets<View> sets) {
     using P = native_pack<S>;
     using Lifted = with_scalar_t<Material, P>;
     using State = material_state_t<Lifted, D>;
     if constexpr (has_volume<State>) {
         const auto lifted = lift<P>(material);
         const int threads = thread_count(requested_threads(execution));
-        memory.scales.resize(sizeof...(Views));
-        std::size_t i = 0;
-        const auto with_arrays = [&]<class View>(const ParticleSet<View>& set) {
-            if (i++ != k)
-                return ParticleSet<detail::RateView<View>>{{set.view.position, set.view.volume, {}, true},
-                                                           set.partition};
-            const std::size_t slots = set.partition.slots();
-            return ParticleSet<detail::RateView<View>>{
-                {set.view.position, detail::numbers_like(set.view, memory.volumes, slots, threads),
-                 detail::numbers_like(set.view, memory.values, slots, threads), false},
-                set.partition};
-        };
-        const auto filter = [&]<class View>(const ParticleSet<View>& set, const auto&... all) {
-            const std::size_t slots_of_set = set.partition.slots();
-            const auto volumes = detail::numbers_like(set.view, memory.volumes, slots_of_set, threads);
-            const auto values = detail::numbers_like(set.view, memory.values, slots_of_set, threads);
-            const auto averages = detail::numbers_like(set.view, memory.averages, slots_of_set, threads);
+        memory.scales.resize(sets.size());
+        parallel_region(threads, [&] {
+            const auto numbers = [&](aligned_vector<S>& of) {
+                return detail::numbers_like(set.view, of, set.partition.slots(), threads);
+            };
+            const auto volumes = numbers(memory.volumes), values = numbers(memory.values),
+                       averages = numbers(memory.averages);
+            std::vector<ParticleSet<detail::RateView<View>>> all;
+            for (const ParticleSet<View>& one : sets)
+                if (all.size() == k)
+                    all.push_back({{one.view.position, volumes, values, false}, one.partition});
+                else
+                    all.push_back({{one.view.position, one.view.volume, {}, true}, one.partition});
+            const auto average = [&](const auto& to) {
+                detail::average_at_nodes<Kernel>(execution, grid, mirrors, memory.scales[k], threads,
+                                                 ParticleSets<detail::RateView<View>>(all));
+                detail::gather_numbers<Kernel>(sets[k], grid, threads, to);
+            };
             detail::for_registers(set, threads, [&](const Slots& slots) {
                 const State state = load_state<State>(set.view.state, slots);
                 const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
@@ -111,10 +113,8 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
                 volumes.store(slots, 0, select(mass > P(0), filtered_volume(lifted, state, volume), P(0)));
                 values.store(slots, 0, volume_change(state));
             });
-            detail::average_at_nodes<Kernel>(execution, grid, mirrors, memory.scales[k], threads, all...);
-            detail::gather_numbers<Kernel>(set, grid, threads, values);  // values: A (J - 1)
-            detail::average_at_nodes<Kernel>(execution, grid, mirrors, memory.scales[k], threads, all...);
-            detail::gather_numbers<Kernel>(set, grid, threads, averages);  // averages: A² (J - 1)
+            average(values);    // values: A (J - 1)
+            average(averages);  // averages: A² (J - 1)
             detail::for_registers(set, threads, [&](const Slots& slots) {
                 auto after = filtered_state<D>(lifted, load_state<State>(set.view.state, slots),
                                                load_symmetric<P, D>(set.view.stress, slots),
@@ -123,16 +123,6 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
                 store_state(set.view.state, slots, after.state);
                 store_symmetric(set.view.stress, slots, after.stress);
             });
-        };
-        parallel_region(threads, [&] {
-            const std::tuple<ParticleSet<detail::RateView<Views>>...> all{with_arrays(sets)...};
-            std::size_t number = 0;
-            const auto look = [&]<class View>(const ParticleSet<View>& set) {
-                if constexpr (std::same_as<typename View::state_type, material_state_t<Material, D>>)
-                    if (number == k) std::apply([&](const auto&... each) { filter(set, each...); }, all);
-                ++number;
-            };
-            (look(sets), ...);
         });
     }
 }

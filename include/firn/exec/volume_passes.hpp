@@ -144,30 +144,22 @@ private:
 /// \param k        index of the set among `sets`
 /// \param sets     all sets on the grid, in the order of p2g()
 /// \throws overflow_error  if fixed-point sums could overflow
-template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class... Views>
+template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class View>
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
-                    std::size_t k, const ParticleSet<Views>&... sets) {
+                    std::size_t k, ParticleSets<View> sets) {
     constexpr std::size_t layer = detail::volume_layer<Transfer>;
     const int threads = thread_count(requested_threads(execution));
-    memory.scales.resize(sizeof...(Views));
+    memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
-        std::size_t i = 0;
-        const auto rated = [&]<class View>(const ParticleSet<View>& set) {
-            const bool is_silent = i++ != k;
-            const auto rate =
-                detail::numbers_like(set.view, memory.rates, is_silent ? 0 : set.partition.slots(), threads);
-            if (!is_silent) detail::gather_rates<Kernel, Transfer, Force>(set, grid, threads, rate);
-            return ParticleSet<detail::RateView<View>>{{set.view.position, set.view.volume, rate, is_silent},
-                                                       set.partition};
-        };
-        const std::tuple<ParticleSet<detail::RateView<Views>>...> all{rated(sets)...};
+        const auto rate = detail::numbers_like(sets[k].view, memory.rates, sets[k].partition.slots(), threads);
+        detail::gather_rates<Kernel, Transfer, Force>(sets[k], grid, threads, rate);
+        std::vector<ParticleSet<detail::RateView<View>>> all;
+        for (const ParticleSet<View>& set : sets)
+            all.push_back({{set.view.position, set.view.volume, rate, all.size() != k}, set.partition});
         grid.exchange(layer, threads);  // the layer then holds the velocities and masses
         std::swap(grid.last_scale, memory.scales[k]);
-        std::apply(
-            [&](const auto&... set) {
-                p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0, set...);
-            },
-            all);
+        p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
+                                                                  ParticleSets<detail::RateView<View>>(all));
         std::swap(grid.last_scale, memory.scales[k]);
         detail::mirror_rates(execution, grid, mirrors);
         grid.exchange(layer, threads);
@@ -183,6 +175,14 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
             store_quads(of_sums, sums + index);
         });
     });
+}
+
+/// As average_volume() with all sets, for sets given one by one.
+template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class... Views>
+void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
+                    std::size_t k, const ParticleSet<Views>&... sets) {
+    detail::with_sets(
+        [&](auto all) { average_volume<Kernel, Transfer, Force>(execution, grid, memory, mirrors, k, all); }, sets...);
 }
 
 /// Puts the masses back into the nodes, after average_volume() and G2P.

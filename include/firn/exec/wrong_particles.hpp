@@ -186,18 +186,16 @@ template <int D, class View, class Material>
 }
 
 /// Returns the wrong particles of a set. \see WrongParticles
-/// \param domain  nullptr if the domain is not known
-/// \param dt      time step that moved the particles [s]; 0 if no step moved them, but the program set their values
-template <int D, class View, class Material>
-[[gnu::cold]] WrongParticles wrong_particles(const View& view, const BlockPartition<D>& partition,
-                                             const Domain<D>* domain, double cell_size, const Material& material,
-                                             double dt) {
+/// \param particles  number of particles in the set
+/// \param read       read(reader) tells a FactsReader of all particles; it is called once or twice
+template <class Read>
+[[gnu::cold]] WrongParticles wrong_particles(std::size_t particles, const Read& read) {
     WrongParticles wrong;
-    wrong.of = partition.particles;
-    read_facts(view, partition, domain, cell_size, material, dt, wrong);
+    wrong.of = particles;
+    read(wrong);
     if (wrong.count > 0) return wrong;
     wrong.by_velocity = false;
-    read_facts(view, partition, domain, cell_size, material, dt, wrong);
+    read(wrong);
     return wrong;
 }
 

@@ -1,5 +1,5 @@
 /// \file Declares the functions that are compiled in the library firn::compiled_hdf5. These functions make, write, read
-/// and restore states of Simulation<2> and Simulation<3>.
+/// and restore states, of any material.
 #pragma once
 
 #include <firn/io/restart.hpp>
@@ -9,21 +9,32 @@
 #include <firn/io/state_writer.hpp>
 
 #ifdef FIRN_COMPILED_HDF5
-#ifdef FIRN_COMPILES
+#if FIRN_COMPILES == FIRN_STATES
 #define FIRN_ELSEWHERE
 #else
 #define FIRN_ELSEWHERE extern
 #endif
+#define FIRN_FILES_OF(where, S)                                                                          \
+    where template void write_state(const std::filesystem::path&, const State<S>&, const StateOptions&); \
+    where template std::filesystem::path StateSeries::write(const State<S>&);                            \
+    where template State<S> read_state(const std::filesystem::path&, const StateReading&);               \
+    where template void detail::check_same(const State<S>&, const std::vector<StateAttribute>&, const char*);
+#define FIRN_STATES_OF(where, S, D)                                                                              \
+    where template void detail::fill_state_of(const RunOf<S, D>&, const SetOf<S, D>&, detail::PolicyFacts, int,  \
+                                              State<S>&);                                                        \
+    where template void detail::check_same_run(const detail::PolicyFacts&, const Domain<D>&, const SetOf<S, D>&, \
+                                               const State<S>&, Restart);                                        \
+    where template detail::RestoredRun detail::read_particles(const State<S>&, Restart, const KernelFacts&, int, \
+                                                              SetOf<S, D>&);
 namespace firn::inline FIRN_BUILD {
-FIRN_ELSEWHERE template void write_state(const std::filesystem::path&, const State<float>&, const StateOptions&);
-FIRN_ELSEWHERE template std::filesystem::path StateSeries::write(const State<float>&);
-FIRN_ELSEWHERE template State<float> read_state(const std::filesystem::path&, const StateReading&);
-FIRN_ELSEWHERE template State<float> state_of(SetHandle<Simulation<2>, 0>);
-FIRN_ELSEWHERE template State<float> state_of(SetHandle<Simulation<3>, 0>);
-FIRN_ELSEWHERE template void state_of(SetHandle<Simulation<2>, 0>, State<float>&);
-FIRN_ELSEWHERE template void state_of(SetHandle<Simulation<3>, 0>, State<float>&);
-FIRN_ELSEWHERE template void restore(SetHandle<Simulation<2>, 0>, const State<float>&, Restart);
-FIRN_ELSEWHERE template void restore(SetHandle<Simulation<3>, 0>, const State<float>&, Restart);
+FIRN_FILES_OF(FIRN_ELSEWHERE, float)
+FIRN_FILES_OF(FIRN_ELSEWHERE, double)
+FIRN_STATES_OF(FIRN_ELSEWHERE, float, 2)
+FIRN_STATES_OF(FIRN_ELSEWHERE, float, 3)
+FIRN_STATES_OF(FIRN_ELSEWHERE, double, 2)
+FIRN_STATES_OF(FIRN_ELSEWHERE, double, 3)
 }  // namespace firn::inline FIRN_BUILD
 #undef FIRN_ELSEWHERE
+#undef FIRN_FILES_OF
+#undef FIRN_STATES_OF
 #endif

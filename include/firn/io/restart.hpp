@@ -244,11 +244,12 @@ private:
 /// Checks that the run that wrote the state had the same policies, precision, domain, cells and material parameters as
 /// the simulation, and with Restart::same_bits also the same build.
 /// \throws io_error  if one of these differs
-template <std::size_t I, class Simulation, class T>
-void check_same_run(const Simulation& simulation, const State<T>& state, Restart how) {
+template <std::floating_point S, int D, class T>
+void check_same_run(const PolicyFacts& facts, const Domain<D>& domain, const SetOf<S, D>& set, const State<T>& state,
+                    Restart how) {
     constexpr const char* advice =
         "Go on with a simulation of the same policies and precision, or use Restart::converted.";
-    const std::vector<StateAttribute> policies = policies_of<I>(simulation);
+    const std::vector<StateAttribute>& policies = facts.attributes;
     check_same(state, policies, advice);
     // A state says nothing of a volumetric policy or a contact law that is the default.
     for (const StateAttribute& unsaid : {StateAttribute{"volumetric", std::string(OwnVolume::name)},
@@ -263,12 +264,10 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
         constexpr const char* same =
             "Make the simulation as for the run that wrote the state; change it after restore(). Restart::other_build "
             "compares nine digits, and no data.";
-        check_settings(state, settings_of<I>(simulation).attribute(settings_name), same);
-        const auto set = simulation.template set<I>();  // sources and sinks may follow
-        if (!set.sources().empty() || !set.sinks().empty())
-            check_settings(state, settings_of(set.sources(), set.sinks()).attribute(sources_name), same);
+        check_settings(state, facts.settings.attribute(settings_name), same);
+        if (!set.sources.empty() || !set.sinks.empty())  // they may follow
+            check_settings(state, settings_of(set.sources, set.sinks).attribute(sources_name), same);
     }
-    const auto& domain = simulation.domain();
     const auto check_value = [&](const char* group, const char* what, const std::string& name,
                                  const std::vector<double>& ours) {
         const std::vector<double> theirs = parameter_values(state, group, name.c_str());
@@ -281,10 +280,8 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
     check_value("grid", "domain", "upper", as_doubles(domain.upper));
     check_value("grid", "domain", "cell_size", as_doubles(domain.cell_size));
     check_value("grid", "domain", "periodic", std::vector<double>(domain.periodic.begin(), domain.periodic.end()));
-    for_parameters(simulation.template set<I>().material(),
-                   [&](const std::string& name, const char*, const auto& value) {
-                       check_value("material", "material", name, as_doubles(value));
-                   });
+    for (const StateParameter& ours : facts.parameters)
+        if (ours.group == "material") check_value("material", "material", ours.name, ours.values);
 }
 
 /// Sets the parameters of a volumetric policy to the values in a state. A state of an earlier firn does not say how
@@ -300,92 +297,81 @@ void restore_volume(Volume& volume, const State<T>& state) {
     restore_parameters(volume, said, "volumetric");
 }
 
+/// What restore() takes from a state for one set of particles, besides the set and the policies.
+struct RestoredRun {
+    Moment moment;
+    bool converted;  ///< if so, only the two members above count
+    std::vector<double> gravity{};
+    double fixed_time_step = 0, most_steps_between_sorts = 0;
+    double largest_acceleration = -1;  ///< \see RunOf::largest_acceleration
+};
 /// Everything that restore() takes from a state for one set of particles.
 template <class Simulation, std::size_t I>
 struct RestoredSet {
-    std::tuple_element_t<I, typename Simulation::Sets> stored;
-    Moment moment;
-    bool converted;  ///< if so, only the two members above count
+    typename Simulation::template SetAt<I> stored;
     decltype(Simulation::boundary) boundary;
     decltype(Simulation::transfer) transfer;
     decltype(Simulation::volume) volume;
-    std::vector<double> gravity{};
-    double fixed_time_step = 0, most_steps_between_sorts = 0;
-    double largest_acceleration = -1;  ///< \see Simulation::largest_acceleration
+    RestoredRun run;
 };
 
 /// Checks the contact groups of bodies, and puts the particles of a converted state into them. (The particles of other
 /// states lie in the blocks of their groups already.)
 /// \throws io_error  if the domain has no blocks for a group
-template <class Set>
-void restore_contact_groups(Set& stored, bool converted) {
+template <std::floating_point S, int D>
+void restore_contact_groups(SetOf<S, D>& stored, bool converted) {
+    const Domain<D>& domain = stored.store().domain();
     for (const Body& body : stored.bodies) {
         if (body.contact_group == 0) continue;
-        if (body.contact_group >= most_contact_groups(stored.particles.domain()))
+        if (body.contact_group >= most_contact_groups(domain))
             throw io_error(sentence("The state has a body of contact group ", body.contact_group,
-                                    "; in this domain there are groups 0 to ",
-                                    most_contact_groups(stored.particles.domain()) - 1, "."));
+                                    "; in this domain there are groups 0 to ", most_contact_groups(domain) - 1, "."));
         if (converted) stored.move_to_group(body, body.contact_group);
     }
 }
 /// Checks that the particles lie in the blocks of their bodies' contact groups, and tells the partition of them.
 /// \throws io_error  if a particle does not
-template <class Set>
-void check_contact_groups(Set& stored) {
-    bool grouped = stored.particles.has_contact_groups();
+template <std::floating_point S, int D>
+void check_contact_groups(SetOf<S, D>& stored) {
+    const ParticleStore<S, D>& particles = stored.store();
+    bool grouped = particles.has_contact_groups();
     for (const Body& body : stored.bodies) grouped = grouped || body.contact_group != 0;
     if (!grouped) return;
-    for (std::size_t slot = 0; slot < stored.particles.slots(); ++slot) {
-        if (!stored.particles.is_particle(slot)) continue;
-        const std::size_t b = stored.body_of(stored.particles.id(slot));
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        const std::size_t b = stored.body_of(particles.id(slot));
         const int group = b < stored.bodies.size() ? stored.bodies[b].contact_group : 0;
-        if (stored.particles.contact_group(slot) != group) throw_damaged("table of contact groups");
+        if (particles.contact_group(slot) != group) throw_damaged("table of contact groups");
     }
-    stored.partition.copy_stride = copy_stride(stored.particles.domain());
+    stored.partition.copy_stride = copy_stride(particles.domain());
 }
 
-/// Reads and checks what restore() takes from a state. The simulation is not changed.
+/// Reads and checks the particles of a state and what else restore() takes, except the policies.
+/// \param stored  receives the particles; a set without particles
 /// \throws io_error, particle_error  as restore()
-template <class Simulation, std::size_t I, class T>
-RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>& state, Restart how) {
-    constexpr int D = Simulation::dimension;
-    using S = typename Simulation::scalar_type;
-    using Kernel = typename Simulation::kernel_type;
-    const Simulation& simulation = set.simulation();
-    check_dimension(state, D);
-    if (how != Restart::converted) check_same_run<I>(simulation, state, how);
-    if (how == Restart::same_bits && ranks_of(simulation.execution).speaks())
-        warn_of_unseen(settings_of<I>(simulation), simulation.warn);
-
+template <std::floating_point S, int D, class T>
+RestoredRun read_particles(const State<T>& state, Restart how, const KernelFacts& kernel, int threads,
+                           SetOf<S, D>& stored) {
     const ParticlesOfState<S, D, T> read(state);
-    RestoredSet<Simulation, I> made{
-        {set.material(), std::remove_cvref_t<decltype(set.particles())>(simulation.domain())},
-        {state.time, state.step, state.last_time_step},
-        how == Restart::converted,
-        simulation.boundary,
-        simulation.transfer,
-        simulation.volume};
-    auto& stored = made.stored;
-    read.read(stored.particles, made.converted);
+    RestoredRun made{{state.time, state.step, state.last_time_step}, how == Restart::converted};
+    ParticleStore<S, D>& particles = stored.store();
+    read.read(particles, made.converted);
     stored.bodies = read.bodies();
     restore_contact_groups(stored, made.converted);
     if (!made.converted) {
-        stored.partition = read.partition(colours_along_axis<Kernel>);
+        stored.partition = read.partition(kernel.colours);
         stored.report = {parameter_values(state, "run", "signal_speed")[0],
                          parameter_values(state, "run", "sort_needed")[0] != 0};
-        read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
+        read.set_places(particles, stored.partition, kernel.base_shift, !stored.report.sort_needed);
         check_contact_groups(stored);
-        restore_parameters(made.boundary, state, "boundary");
-        restore_parameters(made.transfer, state, "transfer");
-        restore_volume(made.volume, state);
     }
     if (state.size() > 0)
-        check_positions<double, D, S>(state.size(), simulation.domain(),
-                                      [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
+        check_positions<double, D, S>(state.size(), particles.domain(),
+                                      [&](std::size_t i, int a) { return particles.exact_position(i)[a]; });
     stored.readiness.restore(!made.converted);
     if (made.converted) return made;
 
-    stored.particles.reorder(stored.partition, thread_count(requested_threads(simulation.execution)));
+    particles.reorder(stored.partition, threads);
     made.gravity = parameter_values(state, "run", "gravity");
     made.fixed_time_step = parameter_values(state, "run", "fixed_time_step")[0];
     made.most_steps_between_sorts = parameter_values(state, "run", "most_steps_between_sorts")[0];
@@ -399,18 +385,41 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
     return made;
 }
 
+/// Reads and checks what restore() takes from a state. The simulation is not changed.
+/// \throws io_error, particle_error  as restore()
+template <class Simulation, std::size_t I, class T>
+RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>& state, Restart how) {
+    const Simulation& simulation = set.simulation();
+    check_dimension(state, Simulation::dimension);
+    const PolicyFacts facts = policy_facts_of<I>(simulation);
+    if (how != Restart::converted) check_same_run(facts, simulation.domain(), simulation.sets()[I], state, how);
+    if (how == Restart::same_bits && ranks_of(simulation.execution).speaks())
+        warn_of_unseen(facts.settings, simulation.warn);
+
+    RestoredSet<Simulation, I> made{
+        {set.material(), simulation.domain()}, simulation.boundary, simulation.transfer, simulation.volume, {}};
+    const int threads = thread_count(requested_threads(simulation.execution));
+    made.run = read_particles(state, how, simulation.kernel(), threads, made.stored);
+    if (made.run.converted) return made;
+    restore_parameters(made.boundary, state, "boundary");
+    restore_parameters(made.transfer, state, "transfer");
+    restore_volume(made.volume, state);
+    return made;
+}
+
 /// Gives a simulation what read_set() has read.
 /// \throws io_error  if another material was restored to a different moment; the simulation is unchanged
 template <class Simulation, std::size_t I>
 void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
-    simulation.template restore<I>(std::move(made.stored), made.moment, made.largest_acceleration);
-    if (made.converted) return;
+    const RestoredRun& run = made.run;
+    simulation.template restore<I>(std::move(made.stored), run.moment, run.largest_acceleration);
+    if (run.converted) return;
     simulation.boundary = made.boundary;
     simulation.transfer = made.transfer;
     simulation.volume = made.volume;
-    std::copy(made.gravity.begin(), made.gravity.end(), simulation.gravity.v);
-    simulation.fixed_time_step = made.fixed_time_step;
-    simulation.most_steps_between_sorts = std::uint64_t(made.most_steps_between_sorts);
+    std::copy(run.gravity.begin(), run.gravity.end(), simulation.gravity.v);
+    simulation.fixed_time_step = run.fixed_time_step;
+    simulation.most_steps_between_sorts = std::uint64_t(run.most_steps_between_sorts);
 }
 
 }  // namespace detail

@@ -90,6 +90,29 @@ Settings settings_of(const Simulation& simulation) {
     return settings;
 }
 
+/// What states say of the material and the policies of a run.
+struct PolicyFacts {
+    std::vector<StateAttribute> attributes;  ///< \see policies_of
+    Settings settings;                       ///< \see settings_of
+    std::vector<StateParameter> parameters;  ///< the parameters of the material and of the policies
+    bool has_contact_groups;
+};
+/// Returns the facts for the material I.
+template <std::size_t I, class Simulation>
+PolicyFacts policy_facts_of(const Simulation& simulation) {
+    PolicyFacts facts{policies_of<I>(simulation), settings_of<I>(simulation), {}, Simulation::has_contact_groups};
+    const auto add = [&](const char* group, const auto& policy) {
+        for_parameters(policy, [&](const std::string& name, const char* unit, const auto& value) {
+            facts.parameters.push_back({group, name, unit, as_doubles(value)});
+        });
+    };
+    add("material", simulation.template set<I>().material());
+    add("transfer", simulation.transfer);
+    add("volumetric", simulation.volume);
+    add("boundary", simulation.boundary);
+    return facts;
+}
+
 /// Returns the indices of a partition's ranges (of the particles of one block each) in the order of their blocks along
 /// the curve. \see before_on_curve
 template <int D>
@@ -122,27 +145,20 @@ std::vector<std::uint32_t> numbers_on_curve(const BlockPartition<D>& partition, 
     return number_of;
 }
 
-/// Writes the current state of a set of particles to `into`. Call this function in a parallel region: the loops of this
-/// function run on the threads of the region.
-template <class Simulation, std::size_t I>
-void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
-    constexpr int D = Simulation::dimension;
-    Simulation& simulation = set.simulation();
-    using S = typename Simulation::scalar_type;
-    const BlockPartition<D>& partition = set.partition();
-    const auto& particles = set.particles();
-    const std::vector<Body>& all_bodies = set.bodies();
+/// Writes the current state of a prepared set of particles to `into`. Call this function in a parallel region: the
+/// loops of this function run on the threads of the region.
+template <std::floating_point S, int D>
+void fill_state_of(const RunOf<S, D>& run, const SetOf<S, D>& set, PolicyFacts policies, int threads, State<S>& into) {
+    const ParticleStore<S, D>& particles = set.store();
     const std::size_t n = particles.size();
-
-    const int threads = requested_threads(simulation.execution);
     State<S> before = std::move(into), state;
     state.dimension = D;
-    state.step = simulation.steps();
-    state.time = simulation.time();
-    state.last_time_step = simulation.last_time_step();
+    state.step = run.steps();
+    state.time = run.time();
+    state.last_time_step = run.last_time_step();
     const std::vector<std::uint32_t> slot_of = slots_by_id(particles, threads);
     StateTable blocks{"blocks", D + 2, {}};
-    const std::vector<std::uint32_t> number_of = numbers_on_curve(partition, blocks.values);
+    const std::vector<std::uint32_t> number_of = numbers_on_curve(set.partition, blocks.values);
     StateTable slots{"slot", 1, {}};
     if (!before.tables.empty()) slots.values = std::move(before.tables[0].values);
     slots.values.resize(n);
@@ -159,15 +175,15 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
         slots.values[i] = number_of[slot_of[i]];
     });
     state.body.resize(n);
-    for (std::size_t b = 0; b < all_bodies.size(); ++b) {
+    for (std::size_t b = 0; b < set.bodies.size(); ++b) {
         const auto place_of = [&](std::int64_t id) {
             return state.body.begin() + (std::lower_bound(state.id.begin(), state.id.end(), id) - state.id.begin());
         };
-        const std::int64_t first = all_bodies[b].first;
-        std::fill(place_of(first), place_of(first + all_bodies[b].count), std::int32_t(b));
+        const std::int64_t first = set.bodies[b].first;
+        std::fill(place_of(first), place_of(first + set.bodies[b].count), std::int32_t(b));
     }
 
-    for (const Facet<D>& facet : set.facets()) {
+    for (const Facet<D>& facet : set.facets) {
         std::array<std::int64_t, D> rows{};
         bool whole = true;
         for (std::size_t k = 0; k < std::size_t(D); ++k) {
@@ -180,46 +196,35 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 
     state.fields = fields_of(particles, slot_of, std::move(before.fields), threads);
 
-    state.attributes = policies_of<I>(simulation);
+    state.attributes = std::move(policies.attributes);
     for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));
-    state.attributes.push_back(settings_of<I>(simulation).attribute(settings_name));
-    state.attributes.push_back(settings_of(set.sources(), set.sinks()).attribute(sources_name));
+    state.attributes.push_back(policies.settings.attribute(settings_name));
+    state.attributes.push_back(settings_of(set.sources, set.sinks).attribute(sources_name));
 
+    state.parameters = std::move(policies.parameters);
     const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
         state.parameters.push_back({group, std::move(name), unit, std::move(values)});
     };
-    for_parameters(set.material(), [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("material", name, unit, as_doubles(value));
-    });
-    for_parameters(simulation.transfer, [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("transfer", name, unit, as_doubles(value));
-    });
-    for_parameters(simulation.volume, [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("volumetric", name, unit, as_doubles(value));
-    });
-    for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("boundary", name, unit, as_doubles(value));
-    });
-    parameter("grid", "lower", "m", as_doubles(simulation.domain().lower));
-    parameter("grid", "upper", "m", as_doubles(simulation.domain().upper));
-    parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
-    parameter("grid", "periodic", "1", {simulation.domain().periodic.begin(), simulation.domain().periodic.end()});
-    parameter("run", "gravity", "m/s^2", as_doubles(simulation.gravity));
-    parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
-    parameter("run", "most_steps_between_sorts", "1", {double(simulation.most_steps_between_sorts)});
-    parameter("run", "signal_speed", "m/s", {set.report().signal_speed});
-    parameter("run", "sort_needed", "1", {double(set.report().sort_needed)});
+    parameter("grid", "lower", "m", as_doubles(run.domain().lower));
+    parameter("grid", "upper", "m", as_doubles(run.domain().upper));
+    parameter("grid", "cell_size", "m", {run.domain().cell_size});
+    parameter("grid", "periodic", "1", {run.domain().periodic.begin(), run.domain().periodic.end()});
+    parameter("run", "gravity", "m/s^2", as_doubles(run.gravity));
+    parameter("run", "fixed_time_step", "s", {run.fixed_time_step});
+    parameter("run", "most_steps_between_sorts", "1", {double(run.most_steps_between_sorts)});
+    parameter("run", "signal_speed", "m/s", {set.report.signal_speed});
+    parameter("run", "sort_needed", "1", {double(set.report.sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
-    if (simulation.largest_acceleration() >= 0)  // the last step had an acceleration field
-        parameter("run", "largest_acceleration", "m/s^2", {simulation.largest_acceleration()});
+    if (run.largest_acceleration() >= 0)  // the last step had an acceleration field
+        parameter("run", "largest_acceleration", "m/s^2", {run.largest_acceleration()});
 
     StateTable bodies{"bodies", 3, {}};  // columns: Body::first, Body::count, bits of Body::end
-    for (const Body& body : all_bodies)
+    for (const Body& body : set.bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
-    if constexpr (Simulation::has_contact_groups) {
+    if (policies.has_contact_groups) {
         StateTable groups{"contact_group", 1, {}};  // Body::contact_group
-        for (const Body& body : all_bodies) groups.values.push_back(body.contact_group);
+        for (const Body& body : set.bodies) groups.values.push_back(body.contact_group);
         state.tables.push_back(std::move(groups));
     }
     into = std::move(state);
@@ -255,8 +260,12 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 ///              BackgroundSeries::spare() returns
 template <class Simulation, std::size_t I>
 void state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
-    parallel_region(thread_count(requested_threads(set.simulation().execution)),
-                    [&] { detail::fill_state_of(set, into); });
+    const auto& simulation = set.simulation();
+    const int threads = requested_threads(simulation.execution);
+    parallel_region(thread_count(threads), [&] {
+        static_cast<void>(set.partition());  // prepares the particles
+        detail::fill_state_of(simulation, simulation.sets()[I], detail::policy_facts_of<I>(simulation), threads, into);
+    });
 }
 /// Returns the current state of a set of particles (all particles of one material), in newly allocated memory.
 template <class Simulation, std::size_t I>

@@ -148,22 +148,21 @@ private:
 
 /// Particles to grid on many ranks, with the requirements and errors of the p2g() that takes a Coloured. Afterwards all
 /// nodes that particles of this rank reach have the sums of all ranks. Collective.
-template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
-void p2g(const Distributed<Coloured>& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class View>
+void p2g(const Distributed<Coloured>& execution, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
     const Ranks ranks = ranks_of(execution);
     detail::RankState& state = ranks.state();
     auto& shared = state.of<D>().shared;
     if (!shared.has_table() && shared.incoming().empty()) {
         const detail::Phase phase(state.trace, "scatter");
-        return firn::p2g<Kernel, Transfer, Force>(static_cast<const Coloured&>(execution), grid, dt, sets...);
+        return firn::p2g<Kernel, Transfer, Force>(static_cast<const Coloured&>(execution), grid, dt, sets);
     }
-    firn::detail::check_p2g(grid, dt, sets...);
+    firn::detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         detail::SharedSums<D> sums(state.all, shared, state.memory, state.mirrors, threads, state.trace);
         const detail::GridOfPieces<S, D> pieces{grid, shared};
-        std::size_t material = 0;
-        (sums.template mark<Kernel>(sets, material++, pieces), ...);
+        for (std::size_t k = 0; k < sets.size(); ++k) sums.template mark<Kernel>(sets[k], k, pieces);
         sums.mark_mirrored(grid);
         S* const nodes = grid.nodes(0);
         sums.template expect<node_width>(nodes);
@@ -175,14 +174,12 @@ void p2g(const Distributed<Coloured>& execution, SparseGrid<S, D>& grid, double 
         for (int batch = 0; batch < 2; ++batch) {
             {
                 const detail::Phase phase(state.trace, batch == 0 ? "scatter first half" : "scatter second half");
-                material = 0;
-                const auto scatter = [&](const auto& set) {
-                    const std::size_t split = shared.phases_of_batch(material++);
+                for (std::size_t k = 0; k < sets.size(); ++k) {
+                    const std::size_t split = shared.phases_of_batch(k);
                     const PhaseRange range = batch == 0 ? PhaseRange{0, split} : PhaseRange{split};
-                    firn::detail::scatter_coloured<Kernel, Transfer, Force>(set, pieces, dt, threads, FloatSums<S>{},
-                                                                            nodes, range);
-                };
-                (scatter(sets), ...);
+                    firn::detail::scatter_coloured<Kernel, Transfer, Force>(sets[k], pieces, dt, threads,
+                                                                            FloatSums<S>{}, nodes, range);
+                }
             }
             sums.template send<node_width>(nodes, batch);
         }
@@ -194,21 +191,20 @@ void p2g(const Distributed<Coloured>& execution, SparseGrid<S, D>& grid, double 
 /// Particles to grid on many ranks, with sums in integers. Collective.
 /// \throws overflow_error  if a sum could leave the range of Integer; all ranks throw it
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
-          class... Views>
+          class View>
 void p2g(const Distributed<FixedPoint<Integer, How>>& execution, SparseGrid<S, D>& grid, double dt,
-         const ParticleSet<Views>&... sets) {
+         ParticleSets<View> sets) {
     const Ranks ranks = ranks_of(execution);
     detail::RankState& state = ranks.state();
-    firn::detail::check_p2g(grid, dt, sets...);
+    firn::detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
         detail::SharedSums<D> sums(state.all, state.of<D>().shared, state.memory, state.mirrors, threads, state.trace);
-        std::size_t material = 0;
-        (sums.template mark<Kernel>(sets, material++, grid), ...);
+        for (std::size_t k = 0; k < sets.size(); ++k) sums.template mark<Kernel>(sets[k], k, grid);
         sums.mark_mirrored(grid);
         detail::JoinQuanta<Integer, S, D> join(state.all, sums);
         const FixedPointScale<S> scale = firn::detail::sum_in_quanta<Kernel, Transfer, Force>(
-            static_cast<const FixedPoint<Integer, How>&>(execution), join, grid, dt, sets...);
+            static_cast<const FixedPoint<Integer, How>&>(execution), join, grid, dt, sets);
         Integer* const integers = firn::detail::integers_of<Integer>(grid).sums;
         join.join_sums(integers);
         firn::detail::to_nodes(integers, scale, grid, threads);

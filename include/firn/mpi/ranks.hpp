@@ -10,6 +10,7 @@
 #include <firn/mpi/session.hpp>
 #include <firn/mpi/shared_copies.hpp>
 #include <firn/mpi/shared_sums.hpp>
+#include <firn/simulation/set_of.hpp>
 #include <firn/sort/block_numbers.hpp>
 
 #include <algorithm>
@@ -75,8 +76,9 @@ void weigh(const ParticleStore<S, D>& particles, std::vector<CubeWeight>& weight
 }
 
 /// Sends each particle to the rank that owns the block of its base node.
-template <class Kernel, std::floating_point S, int D>
-void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cuts<D>& cuts, Trace* trace) {
+template <std::floating_point S, int D>
+void send_home(const Communicator& all, const KernelFacts& kernel, ParticleStore<S, D>& particles, const Cuts<D>& cuts,
+               Trace* trace) {
     std::optional<Phase> phase(std::in_place, trace, "find particles that leave");
     const std::size_t bytes = particles.record_bytes();
     std::vector<std::pair<std::uint32_t, std::int32_t>> leaving;  // slot and new rank
@@ -87,7 +89,7 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
         if (!particles.is_particle(slot)) continue;
         BlockCoordinate<D> block = particles.block(slot);
         const Vec<S, D> place = particles.place(slot);
-        for (int a = 0; a < D; ++a) block[std::size_t(a)] += int(base_node<Kernel>(place[a])) >> 2;
+        for (int a = 0; a < D; ++a) block[std::size_t(a)] += int(base_node(place[a], S(kernel.base_shift))) >> 2;
         if (block != last) {
             last = block;
             owner = cuts.owner(wrapped(particles.domain(), block));
@@ -160,22 +162,20 @@ public:
 
     /// Sends the particles of set `number` to the ranks that own their blocks. If a rank has too many particles, all
     /// are shared out anew.
-    template <class Kernel, class Sets>
-    void bring_home(Sets& sets, std::size_t number) const {
+    template <std::floating_point S, int D>
+    void bring_home(const KernelFacts& kernel, SetList<S, D>& sets, std::size_t number) const {
         if (all().size() == 1) return;
-        constexpr int D = std::tuple_element_t<0, Sets>::dimension;
         auto& near = state_->of<D>();
         Cuts<D>& cuts = near.of_material(number);
         bool is_new = near.current.first.empty();
-        if (is_new) near.current = find_cuts<D>(sets);
+        if (is_new) near.current = find_cuts(sets);
         const auto send = [&] {
             cuts = near.current;
-            for_set(sets, number,
-                    [&](auto& set) { detail::send_home<Kernel>(all(), set.particles, cuts, state_->trace); });
+            detail::send_home(all(), kernel, sets[number].store(), cuts, state_->trace);
         };
         send();
         if (imbalance(sets) > largest_imbalance_ * near.achieved && !is_new) {
-            Cuts<D> balanced = find_cuts<D>(sets);
+            Cuts<D> balanced = find_cuts(sets);
             is_new = true;
             if (balanced != near.current) {
                 near.current = std::move(balanced);
@@ -187,8 +187,8 @@ public:
     }
 
     /// Finds the blocks of nodes that several ranks share, after the grid was activated.
-    template <class Kernel, std::floating_point S, int D, class Partitions>
-    void meet(SparseGrid<S, D>& grid, const Partitions& partitions, int threads) const {
+    template <std::floating_point S, int D, class Partitions>
+    void meet(const KernelFacts& kernel, SparseGrid<S, D>& grid, const Partitions& partitions, int threads) const {
         const detail::Phase phase(state_->trace, "find shared blocks");
         auto& near = state_->of<D>();
         Cuts<D> whole = near.current;
@@ -199,8 +199,7 @@ public:
         for (std::size_t m = 0; m < partitions.size(); ++m)
             if (near.of_material(m).first.empty()) near.of_material(m) = whole;  // a set without particles
         const std::vector<const BlockPartition<D>*> all_partitions(partitions.begin(), partitions.end());
-        near.shared = detail::SharedBlocks<D>(all(), grid, all_partitions, near.cuts, colours_along_axis<Kernel>,
-                                              state_->by_turn);
+        near.shared = detail::SharedBlocks<D>(all(), grid, all_partitions, near.cuts, kernel.colours, state_->by_turn);
         if (near.shared.blocks_behind() > 0) grid.add_blocks_behind(near.shared.blocks_behind(), threads);
     }
 
@@ -248,26 +247,24 @@ public:
         pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     }
     /// Joins the reports of G2P of all ranks.
-    template <class Sets>
-    void join_reports(Sets& sets) const {
+    template <std::floating_point S, int D>
+    void join_reports(SetList<S, D>& sets) const {
         std::vector<double> numbers;
-        for_each_set(sets, [&](const auto& set) {
+        for (const SetOf<S, D>& set : sets)
             numbers.insert(numbers.end(), {set.report.signal_speed, double(set.report.sort_needed)});
-        });
         all().max(std::span<double>(numbers));
         read_reports(sets, numbers, 2);
     }
     /// After G2P: joins the reports and the largest accelerations, and throws an error on all ranks unless `right` is
     /// true on all of them. This is the one reduction over all ranks in a step.
     /// \param acceleration  the largest acceleration on this rank; receives that on all ranks [m/s²]
-    template <class Sets, class Describe>
-    void end_g2p(Sets& sets, double time, bool right, double& acceleration, const Describe& describe) const {
+    template <std::floating_point S, int D, class Describe>
+    void end_g2p(SetList<S, D>& sets, double time, bool right, double& acceleration, const Describe& describe) const {
         const detail::Phase phase(state_->trace, "join reports", true);
         std::vector<double> numbers;
-        for_each_set(sets, [&](const auto& set) {
+        for (const SetOf<S, D>& set : sets)
             numbers.insert(numbers.end(), {set.report.signal_speed, double(set.report.sort_needed),
                                            double(right && set.will_take(time))});
-        });
         const std::size_t sets_count = numbers.size() / 3, of_run = numbers.size();
         numbers.insert(numbers.end(), {right ? 0.0 : 1.0, acceleration, Interruption::raised() ? 1.0 : 0.0});
         all().max(std::span<double>(numbers));
@@ -311,44 +308,31 @@ private:
         throw_together<particle_error>(all(), all().min(right ? all().size() : all().rank()), text);
     }
 
-    template <int D, class Sets>
-    Cuts<D> find_cuts(const Sets& sets) const {
+    template <std::floating_point S, int D>
+    Cuts<D> find_cuts(const SetList<S, D>& sets) const {
         const detail::Phase phase(state_->trace, "find cuts");
         std::vector<CubeWeight> weights;
-        for_each_set(sets, [&](const auto& set) { detail::weigh(set.particles, weights); });
+        for (const SetOf<S, D>& set : sets) detail::weigh(set.store(), weights);
         std::sort(weights.begin(), weights.end());
         return balanced_cuts<D>(std::span<const CubeWeight>(weights), all().size(),
                                 [&](std::span<std::uint64_t> numbers) { all().sum(numbers); });
     }
     /// Returns the largest number of particles of a rank, divided by the mean.
-    template <class Sets>
-    double imbalance(const Sets& sets) const {
+    template <std::floating_point S, int D>
+    double imbalance(const SetList<S, D>& sets) const {
         const detail::Phase phase(state_->trace, "compare loads", true);
         std::uint64_t here = 0;
-        for_each_set(sets, [&](const auto& set) { here += set.particles.size(); });
+        for (const SetOf<S, D>& set : sets) here += set.store().size();
         const auto most = all().max(here), whole = all().sum(here);
         return whole == 0 ? 1 : double(most) * all().size() / double(whole);
     }
 
-    template <class Sets, class F>
-    static void for_each_set(Sets& sets, const F& f) {
-        std::apply([&](auto&... set) { (f(set), ...); }, sets);
-    }
-    template <class Sets, class F>
-    static void for_set(Sets& sets, std::size_t number, const F& f) {
-        std::size_t i = 0;
-        for_each_set(sets, [&](auto& set) {
-            if (i++ == number) f(set);
-        });
-    }
-    template <class Sets>
-    static void read_reports(Sets& sets, const std::vector<double>& numbers, std::size_t of_each) {
-        std::size_t at = 0;
-        for_each_set(sets, [&](auto& set) {
-            set.report.signal_speed = numbers[at];
-            set.report.sort_needed = numbers[at + 1] > 0;
-            at += of_each;
-        });
+    template <std::floating_point S, int D>
+    static void read_reports(SetList<S, D>& sets, const std::vector<double>& numbers, std::size_t of_each) {
+        for (std::size_t k = 0; k < sets.size(); ++k) {
+            sets[k].report.signal_speed = numbers[k * of_each];
+            sets[k].report.sort_needed = numbers[k * of_each + 1] > 0;
+        }
     }
 
     detail::RankState* state_;

@@ -3,28 +3,26 @@
 
 #include <firn/core/parallel.hpp>
 #include <firn/exec/grid_update.hpp>
+#include <firn/simulation/set_of.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <tuple>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
 
 /// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
 /// later, the grid update tells the largest at the nodes. \see squared_acceleration
-/// \param sets  a tuple of MaterialSet
-template <class Sets, int D, class Acceleration>
-[[gnu::cold]] double acceleration_at_particles(const Sets& sets, const Domain<D>& domain,
+template <std::floating_point S, int D, class Acceleration>
+[[gnu::cold]] double acceleration_at_particles(const SetList<S, D>& sets, const Domain<D>& domain,
                                                const Acceleration& acceleration, int threads) {
-    using S = typename std::tuple_element_t<0, Sets>::S;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     const auto field = lifted_acceleration<P>(acceleration, domain.lower);
     double squared = 0;
-    const auto look = [&](const auto& set) {
-        const auto& particles = set.particles;
+    for (const SetOf<S, D>& set : sets) {
+        const ParticleStore<S, D>& particles = set.store();
         std::vector<double> largest(std::size_t(threads), 0.0);
         const auto see = [&](std::size_t pack, int thread) {
             for (std::size_t first = pack * pack_size; first < (pack + 1) * pack_size; first += lanes) {
@@ -46,8 +44,7 @@ template <class Sets, int D, class Acceleration>
         };
         parallel_for(particles.slots() / pack_size, threads, see, 64);
         squared = std::max(squared, *std::max_element(largest.begin(), largest.end()));
-    };
-    std::apply([&](const auto&... set) { (look(set), ...); }, sets);
+    }
     return std::sqrt(squared);
 }
 

@@ -4,15 +4,14 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/lanes.hpp>
-#include <firn/core/names.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/wrong_particles.hpp>
+#include <firn/simulation/set_of.hpp>
 
 #include <cmath>
 #include <limits>
 #include <string>
-#include <tuple>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -123,38 +122,30 @@ private:
 };
 
 /// Returns sentences about the particle with the largest signal speed of all sets. \see FastestParticle
-/// \param sets  a tuple of MaterialSet; the particles of these sets must be sorted into blocks
+/// \param sets  the particles of these sets must be sorted into blocks
 /// \param at_least  if no particle is as fast as this [m/s], the result is empty
-template <class Sets, int D>
-[[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain, double at_least) {
+template <std::floating_point S, int D>
+[[gnu::cold]] std::string fastest_particle(SetList<S, D>& sets, double at_least) {
     FastestParticle fastest;
-    const auto look = [&](auto& set) {
-        read_facts(set.particles.view(), set.partition, &domain, domain.cell_size, set.material, 0, fastest);
-    };
-    std::apply([&](auto&... set) { (look(set), ...); }, sets);
+    for (SetOf<S, D>& set : sets) set.read_facts(0, fastest);
     return fastest.text(at_least);
 }
 
 /// Throws a particle_error about particles that have a value that is not finite, or that have left the domain. The
 /// message describes such particles of the first set that has any.
-/// \param sets   a tuple of MaterialSet
 /// \param when   beginning of the message;  \param cause  end of the message
 /// \param dt     time step that moved the particles [s]; 0 if no step moved them, but the program set their values
-template <class Sets, int D>
-[[noreturn, gnu::cold]] void throw_wrong_particles(Sets& sets, const Domain<D>& domain, const std::string& when,
-                                                   double dt, const std::string& cause) {
-    std::string text;
-    const auto look = [&](auto& set) {
-        if (!text.empty()) return;
-        const auto wrong =
-            wrong_particles<D>(set.particles.view(), set.partition, &domain, domain.cell_size, set.material, dt);
-        if (wrong.count == 0) return;
-        if (std::tuple_size_v<Sets> > 1)
-            text = sentence("of the material ", name_of<std::remove_cvref_t<decltype(set.material)>>(), ", ");
-        text += wrong.text();
-    };
-    std::apply([&](auto&... set) { (look(set), ...); }, sets);
-    if (text.empty()) text = "a particle is not finite, or has left the domain.";
+template <std::floating_point S, int D>
+[[noreturn, gnu::cold]] void throw_wrong_particles(SetList<S, D>& sets, const std::string& when, double dt,
+                                                   const std::string& cause) {
+    std::string text = "a particle is not finite, or has left the domain.";
+    for (SetOf<S, D>& set : sets) {
+        const WrongParticles wrong =
+            wrong_particles(set.partition.particles, [&](FactsReader& reader) { set.read_facts(dt, reader); });
+        if (wrong.count == 0) continue;
+        text = (sets.size() > 1 ? sentence("of the material ", set.name_of_material(), ", ") : "") + wrong.text();
+        break;
+    }
     throw particle_error(when + text + " " + cause);
 }
 

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
-#include <firn/simulation/acceleration.hpp>
 #include <firn/simulation/blow_up.hpp>
+#include <firn/simulation/ranks_of.hpp>
+#include <firn/simulation/set_of.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <tuple>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -22,10 +22,10 @@ inline constexpr double force_safety = 0.5;
 
 /// Returns the largest signal speed |v| + c of all particles [m/s], from the reports of all sets. A signal speed of NaN
 /// is ignored.
-template <class Sets>
-double fastest_signal(const Sets& sets) {
+template <std::floating_point S, int D>
+double fastest_signal(const SetList<S, D>& sets) {
     double fastest = 0;
-    std::apply([&](const auto&... set) { ((fastest = std::max(fastest, set.report.signal_speed)), ...); }, sets);
+    for (const SetOf<S, D>& set : sets) fastest = std::max(fastest, set.report.signal_speed);
     return fastest;
 }
 
@@ -35,51 +35,6 @@ double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     if constexpr (boundary_fits<Boundary, S, D>::value)
         return largest_speed(on_grid(boundary, domain.cell_size), domain.lower, domain.upper);
     return 0;
-}
-
-/// Returns the bound of the time step that results from forces between particles [s]; infinite if there are no such
-/// forces.
-template <class Sets>
-double force_bound(Sets& sets, double time, int threads) {
-    double bound = std::numeric_limits<double>::infinity();
-    const auto look = [&](auto& set) {
-        if (set.forces) bound = std::min(bound, force_safety * set.forces->largest_step(set.particles, time, threads));
-    };
-    std::apply([&](auto&... set) { (look(set), ...); }, sets);
-    return bound;
-}
-
-/// Returns the largest acceleration [m/s²] of the sets' particles by loads, and by forces between particles that do not
-/// limit the time step otherwise. Call it after force_bound().
-template <class Sets, class Ranks>
-double push_acceleration(Sets& sets, double time, int threads, const Ranks& ranks) {
-    double largest = 0;
-    bool any = false;
-    const auto look = [&](auto& set) {
-        for (auto* pushes : {&set.loads, &set.forces}) {
-            if (!*pushes) continue;
-            any = true;
-            largest = std::max(largest, (*pushes)->largest_acceleration(set.particles, time, threads));
-        }
-    };
-    std::apply([&](auto&... set) { (look(set), ...); }, sets);
-    return any ? ranks.largest(largest) : 0;
-}
-
-/// Returns the bound of the time step [s] by sources: a burst that is due in the step moves on by at most as much as
-/// particles may in a step. The particles of a source are added at the end of the step, so nothing else limits how far
-/// a fast burst is shot into slow matter.
-template <class Kernel, class Sets, int D>
-double source_bound(const Sets& sets, const Domain<D>& domain, double time) {
-    double bound = std::numeric_limits<double>::infinity();
-    const auto look = [&](const auto& set) {
-        for (const auto& source : set.sources)
-            if (const double due = source.time_of(source.bursts); due <= source.end)
-                bound = std::min(bound, std::max(due - time, 0.0) +
-                                            stable_time_step<Kernel>(domain.cell_size, norm(source.velocity)));
-    };
-    std::apply([&](const auto&... set) { (look(set), ...); }, sets);
-    return bound;
 }
 
 /// Throws a particle_error because the largest signal speed [m/s] of the particles is not finite, or because there are
@@ -121,76 +76,100 @@ double source_bound(const Sets& sets, const Domain<D>& domain, double time) {
 }
 
 /// Returns whether any rank has particles. Collective.
-template <class Sets, class Ranks>
-bool has_particles(const Sets& sets, const Ranks& ranks) {
-    return ranks.sum(std::apply([](const auto&... set) { return (set.particles.size() + ...); }, sets)) > 0;
+template <std::floating_point S, int D>
+bool has_particles(const SetList<S, D>& sets, const RanksOf<S, D>& ranks) {
+    std::size_t here = 0;
+    for (const SetOf<S, D>& set : sets) here += set.store().size();
+    return ranks.sum(here) > 0;
 }
 /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
-template <class Sets>
-double next_burst(const Sets& sets) {
-    return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets);
+template <std::floating_point S, int D>
+double next_burst(const SetList<S, D>& sets) {
+    double next = std::numeric_limits<double>::infinity();
+    for (const SetOf<S, D>& set : sets) next = std::min(next, set.next_burst());
+    return next;
 }
 /// Returns whether there are particles, or a source will add some. Collective.
-template <class Sets, class Ranks>
-bool may_have_particles(const Sets& sets, const Ranks& ranks) {
+template <std::floating_point S, int D>
+bool may_have_particles(const SetList<S, D>& sets, const RanksOf<S, D>& ranks) {
     return std::isfinite(next_burst(sets)) || has_particles(sets, ranks);
 }
 
-/// The parts of a simulation on which the bound of the time step depends.
-template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
+/// The parts of a run on which the bound of the time step depends.
+template <std::floating_point S, int D>
 struct StepInputs {
-    Sets& sets;
+    SetList<S, D>& sets;
     const Domain<D>& domain;
-    const Boundary& boundary;
-    double time;  ///< present time [s]
-    int threads;  ///< number of threads of loops over particles
-    Ranks ranks;  ///< what the processes of the run tell each other
+    const KernelFacts& kernel;
+    double time;                 ///< present time [s]
+    int threads;                 ///< number of threads of loops over particles
+    const RanksOf<S, D>& ranks;  ///< what the processes of the run tell each other
 
-    double of_boundary() const { return speed_of_boundary<S>(boundary, domain); }
-    double of_forces() const { return force_bound(sets, time, threads); }
+    /// Returns the bound that results from forces between particles [s]; infinite if there are no such forces.
+    double of_forces() const {
+        double bound = std::numeric_limits<double>::infinity();
+        for (SetOf<S, D>& set : sets)
+            if (set.forces)
+                bound = std::min(bound, force_safety * set.forces->largest_step(set.store(), time, threads));
+        return bound;
+    }
+    /// Returns the largest acceleration [m/s²] of the particles by loads, and by forces between particles that do not
+    /// limit the time step otherwise. Call it after of_forces().
+    double of_pushes() const {
+        double largest = 0;
+        bool any = false;
+        for (SetOf<S, D>& set : sets)
+            for (auto* pushes : {&set.loads, &set.forces}) {
+                if (!*pushes) continue;
+                any = true;
+                largest = std::max(largest, (*pushes)->largest_acceleration(set.store(), time, threads));
+            }
+        return any ? ranks.largest(largest) : 0;
+    }
+    /// Returns the bound of the time step [s] by sources: a burst that is due in the step moves on by at most as much
+    /// as particles may in a step. The particles of a source are added at the end of the step, so nothing else limits
+    /// how far a fast burst is shot into slow matter.
+    double of_sources() const {
+        double bound = std::numeric_limits<double>::infinity();
+        for (const SetOf<S, D>& set : sets)
+            for (const auto& source : set.sources)
+                if (const double due = source.time_of(source.bursts); due <= source.end)
+                    bound = std::min(bound, std::max(due - time, 0.0) + of_signal(norm(source.velocity)));
+        return bound;
+    }
+    /// Returns the bound by signals of this speed [m/s].
+    double of_signal(double speed) const { return stable_time_step(kernel, domain.cell_size, speed); }
 };
-template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
-StepInputs<Kernel, S, Sets, D, Boundary, Ranks> step_inputs(Sets& sets, const Domain<D>& domain,
-                                                            const Boundary& boundary, double time, int threads,
-                                                            const Ranks& ranks) {
-    return {sets, domain, boundary, time, threads, ranks};
-}
 
-/// The bound of the time step, and the accelerations from which it was computed.
+/// The bound of the time step, and the speeds and accelerations from which it was computed.
 struct StepBound {
     double step = 0;             ///< the bound, for the present step [s]
     double acceleration = 0;     ///< the largest acceleration from which the bound was computed [m/s²]
+    double of_boundary = 0;      ///< the largest speed of the boundary from which the bound was computed [m/s]
     double field_at_nodes = -1;  ///< the largest acceleration of a field at nodes in the last step; −1: it had none
 
-    /// Computes the bound for prepared particles, under an acceleration: a vector or a field.
+    /// Computes the bound for prepared particles.
+    /// \param boundary_speed  largest speed of the boundary [m/s]
+    /// \param given           the largest acceleration by gravity or a field [m/s²]
     /// \return  the bound [s]; infinite if nothing limits the time step
-    /// \throws parameter_error  if the acceleration is not finite
-    template <class Inputs, class Acceleration>
-    double find(const Inputs& of, const Acceleration& given) {
-        if constexpr (is_uniform<Acceleration>)
-            return find(of, norm(cast<double>(given)));
-        else
-            return find(of, field_at_nodes >= 0
-                                ? field_at_nodes
-                                : of.ranks.largest(acceleration_at_particles(of.sets, of.domain, given, of.threads)));
-    }
-    template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
-    double find(const StepInputs<Kernel, S, Sets, D, Boundary, Ranks>& of, double given) {
-        const double fastest = fastest_signal(of.sets), h = of.domain.cell_size;
+    template <std::floating_point S, int D>
+    double find(const StepInputs<S, D>& of, double boundary_speed, double given) {
+        const double fastest = fastest_signal(of.sets);
+        of_boundary = boundary_speed;
         if (!(fastest > 0) && std::isfinite(next_burst(of.sets)) && !has_particles(of.sets, of.ranks))
             return step = next_burst(of.sets) - of.time;  // a source will add the first particles
         const double of_forces = of.of_forces();
-        acceleration = std::max(given, push_acceleration(of.sets, of.time, of.threads, of.ranks));
-        step = std::min({stable_time_step<Kernel>(h, std::max(fastest, of.of_boundary()), acceleration), of_forces,
-                         source_bound<Kernel>(of.sets, of.domain, of.time)});
+        acceleration = std::max(given, of.of_pushes());
+        step = std::min({of.of_signal(std::max(fastest, of_boundary)),
+                         acceleration_time_step(of.domain.cell_size, acceleration), of_forces, of.of_sources()});
         return step;
     }
 
     /// Returns a sentence that tells what limits the time step.
-    template <class Kernel, class S, class Sets, int D, class Boundary, class Ranks>
-    [[gnu::cold]] std::string reason(const StepInputs<Kernel, S, Sets, D, Boundary, Ranks>& of) const {
-        const double fastest = fastest_signal(of.sets), of_boundary = of.of_boundary();
-        const double of_signals = stable_time_step<Kernel>(of.domain.cell_size, std::max(fastest, of_boundary));
+    template <std::floating_point S, int D>
+    [[gnu::cold]] std::string reason(const StepInputs<S, D>& of) const {
+        const double fastest = fastest_signal(of.sets);
+        const double of_signals = of.of_signal(std::max(fastest, of_boundary));
         const double of_acceleration = acceleration_time_step(of.domain.cell_size, acceleration);
         if (of.of_forces() < std::min(of_signals, of_acceleration))
             return "It is set by forces between particles: take softer ones, or larger masses.";
@@ -200,7 +179,7 @@ struct StepBound {
         if (of_boundary > fastest)
             return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
         const double at_least = of.ranks.share().parts > 1 ? fastest * (1 - 1e-6) : 0;
-        return of.ranks.text_of_first(fastest_particle(of.sets, of.domain, at_least));
+        return of.ranks.text_of_first(fastest_particle(of.sets, at_least));
     }
     /// Returns whether an acceleration limits the time step, and nothing else does so more.
     bool is_of_acceleration(double cell_size) const {

@@ -20,84 +20,102 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     advance(duration, gravity);
 }
 
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
-    if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
-        detail::throw_spoiled(now_.steps);
-    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });
-    if (!any_set([](const auto& set) { return !set.readiness.is(Readiness::prepared); })) return;
-    double fastest = 0;
-    parallel_region(workers(), [&] {
-        for_sets([&](auto& set) {
-            if (!set.readiness.is(Readiness::prepared)) prepare(set);
-        });
-        ranks().join_reports(sets_);
-        for_sets([&](const auto& set) {
-            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
-        });
-    });
-    if (!std::isfinite(fastest) || !(fastest > 0 || detail::may_have_particles(sets_, ranks()))) {
-        for_sets([](auto& set) { set.readiness.unprepare(); });
-        detail::throw_wrong_signal(fastest);
-    }
-    activate();
-}
-
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::add_to(
-    std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
-    Body body;
-    std::size_t i = 0;
-    for_sets([&](auto& set) {
-        body = i++ == number ? set.add(samples, density, velocity, workers(), ranks().share()) : body;
-    });
-    warn_of_spacing(samples);
-    return body;
-}
-
 }  // namespace firn::inline FIRN_BUILD
 
 #ifdef FIRN_COMPILED
-/// The templates of the library firn::compiled: the common simulations, the sampling of shapes, and templates that
-/// other simulations also use. A source file of the library instantiates them; it defines FIRN_COMPILES as the
-/// dimension. All other files declare the templates `extern`.
-#define FIRN_TEMPLATES(where, D)                                                                                 \
+// The templates of the library firn::compiled. Each source file of the library defines FIRN_COMPILES as one of these
+// numbers and instantiates its templates. All other files declare them `extern`.
+#define FIRN_CORE_2F 1
+#define FIRN_CORE_2D 2
+#define FIRN_CORE_3F 3
+#define FIRN_CORE_3D 4
+#define FIRN_SIMULATION_2 5
+#define FIRN_SIMULATION_3 6
+#define FIRN_STATES 7
+
+/// What names no policy, and P2G and the grid update with the default policies.
+#define FIRN_CORE(where, S, D)                                                                                         \
+    namespace firn {                                                                                                   \
+    where template class ParticleStore<S, D>;                                                                          \
+    where template class SparseGrid<S, D>;                                                                             \
+    where template class SetOf<S, D>;                                                                                  \
+    where template class RunOf<S, D>;                                                                                  \
+    where template class detail::Loads<S, D>;                                                                          \
+    where template class detail::BodyForces<S, D>;                                                                     \
+    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<S>&, const Domain<D>&,           \
+                                                              const KernelFacts&, int, std::byte*);                    \
+    where template BlockPartition<D> sort_particles(const KernelFacts&, ParticleStore<S, D>&, int);                    \
+    where template double detail::StepBound::find(const detail::StepInputs<S, D>&, double, double);                    \
+    where template void detail::Warnings::of_start(const SetList<S, D>&, const Domain<D>&, const Walls<S, D>&, bool,   \
+                                                   const detail::Warnings::Warn&, const RanksOf<S, D>&);               \
+    where template void p2g<QuadraticBSpline, Apic, MlsForce>(const Coloured&, SparseGrid<S, D>&, double,              \
+                                                              ParticleSets<MotionView<S, D, BlockedSpan<S>>>);         \
+    where template double detail::update_grid(const Coloured&, SparseGrid<S, D>&, double, const Vec<double, D>&,       \
+                                              const Walls<S, D>&, Reactions<D>*);                                      \
+    where template void detail::mirror_nodes(const Coloured&, SparseGrid<S, D>&, const Mirrors&, bool, Reactions<D>*); \
+    }
+#define FIRN_SHAPES(where, D)                                                                                    \
     namespace firn {                                                                                             \
-    where template class ParticleStore<float, D>;                                                                \
-    where template class Particles<float, D, ElasticState<float, D>>;                                            \
-    where template class SparseGrid<float, D>;                                                                   \
     where template class BlockSort<D>;                                                                           \
     where template BlockPartition<D> arrange(const std::vector<BlockRange<D>>&, int, int);                       \
-    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<float>&, const Domain<D>&, \
-                                                              double, int, int, std::byte*);                     \
-    where template class Simulation<D>;                                                                          \
     where template Samples<D> sample_box(const Vec<double, D>&, const Vec<double, D>&, const SamplingOptions&);  \
     where template Samples<D> sample_sphere(const Vec<double, D>&, double, const SamplingOptions&);              \
     where template std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>&, const Vec<double, D>&, \
                                                                    double, std::uint64_t, double, int);          \
     }
+/// The common simulations.
+#define FIRN_SIMULATION(where, D)                                     \
+    namespace firn {                                                  \
+    where template class Particles<float, D, ElasticState<float, D>>; \
+    where template class MaterialSet<D, FixedCorotated<float>>;       \
+    where template class Simulation<D>;                               \
+    }
 namespace firn::inline FIRN_BUILD::detail {
 /// A function that makes the linker report different options. Its name has the build in it (core/build.hpp), and it is
 /// defined for the build of the library only: compile the program and the library with the same compiler and options.
 void firn_compiled_has_the_same_options();
-#if FIRN_COMPILES == 3
+#if FIRN_COMPILES == FIRN_SIMULATION_3
 void firn_compiled_has_the_same_options() {}
 #elif !defined(FIRN_COMPILES)
 [[gnu::used]] inline void (*const of_library)() = firn_compiled_has_the_same_options;
 #endif
 }  // namespace firn::inline FIRN_BUILD::detail
 
-#if FIRN_COMPILES == 2
-FIRN_TEMPLATES(, 2)
+#if FIRN_COMPILES == FIRN_CORE_2F
+FIRN_SHAPES(, 2)
+FIRN_CORE(, float, 2)
 #else
-FIRN_TEMPLATES(extern, 2)
+FIRN_SHAPES(extern, 2)
+FIRN_CORE(extern, float, 2)
 #endif
-#if FIRN_COMPILES == 3
-FIRN_TEMPLATES(, 3)
+#if FIRN_COMPILES == FIRN_CORE_2D
+FIRN_CORE(, double, 2)
 #else
-FIRN_TEMPLATES(extern, 3)
+FIRN_CORE(extern, double, 2)
 #endif
-#undef FIRN_TEMPLATES
+#if FIRN_COMPILES == FIRN_CORE_3F
+FIRN_SHAPES(, 3)
+FIRN_CORE(, float, 3)
+#else
+FIRN_SHAPES(extern, 3)
+FIRN_CORE(extern, float, 3)
+#endif
+#if FIRN_COMPILES == FIRN_CORE_3D
+FIRN_CORE(, double, 3)
+#else
+FIRN_CORE(extern, double, 3)
+#endif
+#if FIRN_COMPILES == FIRN_SIMULATION_2
+FIRN_SIMULATION(, 2)
+#else
+FIRN_SIMULATION(extern, 2)
+#endif
+#if FIRN_COMPILES == FIRN_SIMULATION_3
+FIRN_SIMULATION(, 3)
+#else
+FIRN_SIMULATION(extern, 3)
+#endif
+#undef FIRN_SIMULATION
+#undef FIRN_SHAPES
+#undef FIRN_CORE
 #endif

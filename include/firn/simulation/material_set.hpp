@@ -1,35 +1,16 @@
 /// \file The list of materials of a simulation, and the set of particles of each material.
 #pragma once
 
-#include <firn/core/parallel.hpp>
-#include <firn/core/stepper.hpp>
-#include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
-#include <firn/lagrangian/net.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/material/no_stress.hpp>
-#include <firn/simulation/body.hpp>
-#include <firn/simulation/body_force.hpp>
-#include <firn/simulation/load.hpp>
-#include <firn/simulation/readiness.hpp>
-#include <firn/simulation/source.hpp>
+#include <firn/simulation/set_of.hpp>
+#include <firn/simulation/stretch.hpp>
 
-#include <algorithm>
-#include <functional>
-#include <optional>
 #include <tuple>
-#include <vector>
 
 namespace firn::inline FIRN_BUILD {
-
-/// Which particles of a body a process adds, when several processes add a body together.
-struct PartOfBody {
-    std::size_t begin,  ///< index of the first sample that becomes a particle of this process
-        end,            ///< index of the last such sample, plus 1
-        before,         ///< number of particles of the body before the first sample
-        count;          ///< number of particles of the whole body
-};
 
 /// A list of constitutive models of the same precision for one simulation: `Simulation<3, Materials<Snow<float>,
 /// Sand<float>>>`. Each model has its own set of particles, which carry the state of that model. All sets share one
@@ -101,164 +82,56 @@ constexpr std::size_t named_material() {
 }
 }  // namespace detail
 
-/// The set of particles of one material, with their blocks, bodies, sources, sinks and forces.
+/// The set of particles of one material: what SetOf leaves to the material.
 template <int D, class Material>
-struct MaterialSet {
+class MaterialSet final : public SetOf<material_scalar_t<Material>, D> {
+public:
     using S = material_scalar_t<Material>;  ///< The scalar type: float or double.
     static constexpr int dimension = D;     ///< The dimension: 2 or 3.
 
     Material material;                                         ///< The constitutive model.
     Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles of this material.
-    BlockPartition<D> partition{};                             ///< Blocks into which the particles are sorted.
-    std::vector<Body> bodies{};                                ///< Bodies of this set, in the order of their ids.
-    G2PReport report{};                                        ///< What the last G2P reported about the particles.
-    Readiness readiness{};                                     ///< Which preparations for a step are done.
-    std::optional<Moment> restored{};  ///< Moment to which the set was restored; empty after a step.
-    std::vector<Source<D>> sources{};  ///< Sources that add particles to this set.
-    std::vector<Sink<D>> sinks{};      ///< Sinks that remove particles of this set.
-    detail::MaybePush<S, D> loads{},   ///< Loads on bodies.
-        forces{};                      ///< Forces between the particles of bodies.
-    std::vector<Facet<D>> facets{};    ///< Facets of the added nets, with particle ids as corners.
-    /// For each slot, the place of its particle before the step, within its block [cells]; empty if there is no sink.
-    std::vector<Vec<S, D>> places_before{};
 
-    /// Adds a body of uniform density and velocity, with one particle for each sample.
-    /// \param density   density of the body [kg/m³]
-    /// \param velocity  velocity of the body [m/s]
-    /// \param threads   number of threads that will use the particles. \see Particles::reserve
-    /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
-    /// \param share     the part of the samples that becomes particles of this process; all get ids
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
-             const Share& share = {}) {
-        const std::size_t n = samples.positions.size();
-        return add(samples, density, velocity, threads, {share.first(n), share.last(n), 0, n});
+    /// Makes a set without particles.
+    MaterialSet(const Material& model, const Domain<D>& domain) : material(model), particles(domain) {}
+
+    std::unique_ptr<SetOf<S, D>> copy() const override { return std::make_unique<MaterialSet>(*this); }
+    ParticleStore<S, D>& store() override { return particles; }
+    std::string_view name_of_material() const override { return name_of<Material>(); }
+    void start_state(std::size_t slot) override { particles.set_state(slot, initial_state<D>(material)); }
+    detail::PassReport update_stress(int threads) override {
+        return detail::update_stress_pass(Coloured{threads}, particles.view(), this->partition, material,
+                                          particles.domain().cell_size);
     }
-    /// Adds some of the samples of a body; other processes add the others.
-    /// \param part  which of the samples become particles, and which part of the body the samples are
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
-             const PartOfBody& part) {
-        if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(sentence("The density is ", density, " kg/m^3; it must be positive and finite."));
-        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
-            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
-                                           "; it must be positive and finite."));
-        const S volume = S(samples.volume), mass = S(density * samples.volume);
-        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
-            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
-                                           density * samples.volume,
-                                           " kg is too small or too large for the simulation's precision. Use "
-                                           "double."));
-        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads, part);
+    void read_facts(double dt, detail::FactsReader& reader) override {
+        const Domain<D>& domain = particles.domain();
+        detail::read_facts(particles.view(), this->partition, &domain, domain.cell_size, material, dt, reader);
+    }
+    std::vector<detail::Stretched> most_stretched([[maybe_unused]] const KernelFacts& kernel,
+                                                  [[maybe_unused]] int threads) override {
+        if constexpr (detail::tells_stretch<Material, D>)
+            return detail::most_stretched(kernel, particles, particles.view(), material, threads);
+        return {};
+    }
+    std::optional<detail::GradientFacts<S, D>> gradient_of([[maybe_unused]] std::size_t slot) const override {
+        if constexpr (requires { particles.state(slot).F; })
+            return detail::gradient_facts<S, D>(particles.state(slot).F);
+        return {};
+    }
+    bool is_elastic() const override { return detail::is_elastic<Material, D>; }
+
+    /// Replaces the particles and bodies by those of `stored`. The sources, sinks, loads, forces and facets of this set
+    /// are kept. \see SetOf::hand_over
+    void restore(MaterialSet&& stored, const Moment& moment) {
+        this->hand_over(stored, moment);
+        *this = std::move(stored);
     }
 
-    /// Adds the points of a net as particles that have mass and no volume.
-    /// \param masses    mass of each point [kg]
-    /// \param velocity  velocity of all points [m/s]
-    /// \param threads   number of threads that will use the particles. \see Particles::reserve
-    /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
+    using SetOf<S, D>::add;
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
         static_assert(std::same_as<Material, NoStress<S>>,
                       "firn: the points of a net carry mass only; add them to the material NoStress.");
-        if (masses.size() != net.positions.size())
-            throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ", masses.size(),
-                                           " masses; give one for each."));
-        for (std::size_t i = 0; i < masses.size(); ++i)
-            if (!(S(masses[i]) > 0) || !std::isfinite(S(masses[i])))
-                throw parameter_error(
-                    sentence("The mass of point ", i, " is ", masses[i], " kg; it must be positive and finite."));
-        for (const Facet<D>& facet : net.facets)
-            for (const std::uint32_t corner : facet)
-                if (corner >= masses.size())
-                    throw parameter_error(sentence("A facet of the net has the corner ", corner, "; there are ",
-                                                   masses.size(), " points, counted from 0."));
-        const std::size_t n = masses.size();
-        const Body body =
-            add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); }, threads, {0, n, 0, n});
-        for (Facet<D> facet : net.facets) {
-            for (std::uint32_t& corner : facet) corner += body.first;
-            facets.push_back(facet);
-        }
-        return body;
-    }
-
-    /// Adds a source. If steps were already taken, bursts that were due at or before `now` are skipped.
-    /// \see SetAccess::add_source
-    void add(Source<D> source, const Moment& now) {
-        if (now.steps > 0) source.skip(now.time);
-        sources.push_back(std::move(source));
-    }
-    /// Adds a load. \see SetAccess::add_load
-    /// \throws parameter_error  if the load's force is an empty function, or if `load.body` is not one of the bodies of
-    ///                          this set
-    /// \return the number of the load
-    std::uint32_t add(Load<D> load) {
-        if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
-        check_body(load.body);
-        return loads.template made<detail::Loads<S, D>>().add(std::move(load));
-    }
-    /// Removes a load. \see SetAccess::remove_load
-    /// \throws parameter_error  if this set has no load of this number
-    void remove_load(std::uint32_t number) {
-        if (!loads || !loads.template made<detail::Loads<S, D>>().remove(number))
-            throw parameter_error(sentence("There is no load ", number,
-                                           " of this material: it was removed already, or is another material's. Give "
-                                           "what add_load() has returned."));
-    }
-    /// Adds a force between the particles of a body. \see SetAccess::add_force
-    /// \return a reference to the stored force
-    /// \throws parameter_error  if `body` is not one of the bodies of this set
-    template <class BetweenPoints>
-    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
-        check_body(body);
-        return forces.template made<detail::BodyForces<S, D>>()
-            .add(body, detail::AnyForce<S, D>(std::move(force)))
-            .template as<BetweenPoints>();
-    }
-
-    /// Returns the index, in `bodies`, of the body to which the particle with the given id belongs; bodies.size() if no
-    /// body has this id.
-    std::size_t body_of(std::uint32_t id) const {
-        const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
-                                           [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
-        return next == bodies.begin() ? bodies.size() : std::size_t(next - bodies.begin()) - 1;
-    }
-
-    /// Checks that a body belongs to this set.
-    /// \throws parameter_error  if `body` has ids that were not yet given to particles of this set
-    void check_body(const Body& body) const {
-        if (std::uint64_t(body.first) + body.count > particles.next_id())
-            throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
-                                           std::uint64_t(body.first) + body.count - 1, ": ", particles.next_id(),
-                                           " ids of this material have been given out, counted from 0. Give the body "
-                                           "that add() has returned for this material."));
-    }
-
-    /// Replaces the particles and bodies by those of `stored`. The sources, sinks, loads, forces and facets of this set
-    /// are kept. Sources skip the bursts that were due at or before `moment`.
-    void restore(MaterialSet&& stored, const Moment& moment) {
-        stored.sources = std::move(sources);
-        stored.sinks = std::move(sinks);
-        stored.loads = std::move(loads);
-        stored.forces = std::move(forces);
-        if (stored.forces) stored.forces->forget();
-        stored.facets = std::move(facets);
-        *this = std::move(stored);
-        restored = moment;
-        for (Source<D>& source : sources) source.skip(moment.time);
-    }
-
-    /// Checks all positions, if particles were changed since the last check.
-    /// \throws particle_error  if a position is not finite or not in the domain; the message names the first such
-    ///                         particle
-    void check_positions() {
-        if (!readiness.is(Readiness::inside))
-            firn::check_positions<double, D, S>(
-                particles.slots(), particles.domain(),
-                [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
-                [&](std::size_t i) { return particles.id(i); });
-        readiness.check();
+        return SetOf<S, D>::add(net, masses, velocity, threads);
     }
 
     /// Calls change(position [m], state) for each particle of the body. `change` may modify `state`. The next step
@@ -266,8 +139,8 @@ struct MaterialSet {
     /// \throws parameter_error  if `body` is not one of the bodies of this set
     template <class Change>
     void change_states(const Body& body, const Change& change) {
-        check_body(body);
-        readiness.edit();
+        this->check_body(body);
+        this->readiness.edit();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
             auto state = particles.state(slot);
@@ -275,190 +148,28 @@ struct MaterialSet {
             particles.set_state(slot, state);
         }
     }
-
-    /// Moves the particles of a body to the blocks of a contact group.
-    void move_to_group(const Body& body, int group) {
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot) && body.holds(particles.id(slot))) particles.set_contact_group(slot, group);
-    }
-    /// Puts the particles of a body into a contact group. \see SetAccess::set_contact_group
-    /// \throws parameter_error  if `body` is not one of the bodies of this set, if it has no particles, or if the group
-    ///                          is out of range
-    void set_contact_group(const Body& body, int group) {
-        check_body(body);
-        const int most = most_contact_groups(particles.domain());
-        if (group < 0 || group >= most)
-            throw parameter_error(sentence("A body is put into contact group ", group,
-                                           "; in this domain there are groups 0 to ", most - 1, "."));
-        if (body.count == 0)
-            throw parameter_error(sentence("A body without particles is put into contact group ", group,
-                                           ". Give the body that add() has returned."));
-        readiness.edit();
-        move_to_group(body, group);
-        for (Body& of : bodies)
-            if (of.first >= body.first && of.first - body.first < body.count) of.contact_group = group;
-    }
-
-    /// Removes the particles for which wanted(position [m], id) returns true.
-    /// \return the number of removed particles
-    template <class Wanted>
-    std::size_t remove_if(const Wanted& wanted) {
-        const std::size_t before = particles.size();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
-                particles.remove(slot);
-        if (particles.size() < before) readiness.unprepare();
-        return before - particles.size();
-    }
-
-    /// Adds the particles of all bursts that are due at `time` [s].
-    /// \throws parameter_error  if the bursts have more particles than there are unused ids
-    /// \param share  the part of each burst that becomes particles of this process
-    void give(double time, int threads, const Share& share = {}) {
-        for (Source<D>& source : sources) {
-            source.require_ids(time, no_particle - particles.next_id());
-            for (; source.is_due(time); ++source.bursts) {
-                Samples<D> burst = source.samples;
-                const double born = source.time_of(source.bursts);
-                for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
-                const Body body = add(burst, source.density, source.velocity, threads, share);
-                if (!sinks.empty())
-                    remove_if([&](const Vec<double, D>&, std::uint32_t id) {
-                        const std::size_t i = id - body.first;
-                        return id >= body.first && is_taken(source.samples.positions[i], burst.positions[i]);
-                    });
-                bodies.back().end = born + source.lifespan;
-                if (source.contact_group != 0) set_contact_group(bodies.back(), source.contact_group);
-            }
-        }
-    }
-    /// Removes the particles whose way since push() meets a sink, and the particles of bodies whose `end` is at
-    /// or before `time` [s].
-    void take(double time) {
-        if (!may_take(time)) return;
-        const std::size_t before = particles.size();
-        for (std::size_t slot = 0; slot < particles.used_slots(); ++slot)
-            if (particles.is_particle(slot) && takes(slot, time)) particles.remove(slot);
-        if (particles.size() < before) readiness.unprepare();
-        for (Body& body : bodies)
-            if (has_ended(body, time)) body.count = 0;
-    }
-    /// Returns whether take() will remove a particle.
-    bool will_take(double time) const {
-        for (std::size_t slot = 0; may_take(time) && slot < particles.used_slots(); ++slot)
-            if (particles.is_particle(slot) && takes(slot, time)) return true;
-        return false;
-    }
-    /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
-    double next_burst() const {
-        double next = std::numeric_limits<double>::infinity();
-        for (const Source<D>& source : sources)
-            if (const double due = source.time_of(source.bursts); due <= source.end) next = std::min(next, due);
-        return next;
-    }
-
-    /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities. If there are sinks,
-    /// takes note of where the particles are.
-    /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
-    ///                         particle
-    /// \param sums  receives what loads exert on the particles
-    void push(const Moment& now, double dt, int threads, const detail::SumsOfSet<D>& sums) {
-        places_before.resize(sinks.empty() ? 0 : particles.used_slots());
-        for (std::size_t slot = 0; slot < places_before.size(); ++slot) places_before[slot] = particles.place(slot);
-        if (!loads && !forces) return;
-        readiness.spoil();  // the particles cannot be used until the step has ended
-        if (loads) loads->push(particles, now, dt, threads, sums);
-        if (loads && forces) forces->forget();
-        if (forces) forces->push(particles, now, dt, threads, sums);
-    }
-    /// Lets loads and forces forget what they know of the particles, as these have moved to other slots.
-    void forget_pushes() {
-        if (loads) loads->forget();
-        if (forces) forces->forget();
-    }
-
-private:
-    static bool has_ended(const Body& body, double time) { return body.count > 0 && body.end <= time; }
-    bool may_take(double time) const {
-        return !sinks.empty() ||
-               std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return has_ended(body, time); });
-    }
-    bool takes(std::size_t slot, double time) const {
-        if (slot < places_before.size()) {
-            const Vec<double, D> to = particles.exact_position(slot);
-            const Vec<S, D> way = particles.place(slot) - places_before[slot];  // [cells]
-            if (is_taken(to - cast<double>(way) * particles.domain().cell_size, to)) return true;
-        }
-        const std::size_t b = body_of(particles.id(slot));
-        return b < bodies.size() && has_ended(bodies[b], time);
-    }
-    /// Returns whether a sink is on the way between two positions [m]. `to` lies in the domain. If `from` does not, the
-    /// particle has come through the ends of periodic axes.
-    bool is_taken(const Vec<double, D>& from, const Vec<double, D>& to) const {
-        const Domain<D>& domain = particles.domain();
-        // Each bit of `images` chooses, for an axis, the way at the end where the particle has left.
-        for (unsigned images = 0; images < 1u << D; ++images) {
-            Vec<double, D> shift{};
-            bool is_image = true;
-            for (int a = 0; a < D; ++a) {
-                if ((images >> a & 1u) == 0) continue;
-                const double extent = domain.upper[a] - domain.lower[a];
-                shift[a] = from[a] < domain.lower[a] ? extent : from[a] > domain.upper[a] ? -extent : 0;
-                is_image = is_image && domain.periodic[std::size_t(a)] && shift[a] != 0;
-            }
-            if (is_image && std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) {
-                    return sink.is_on_the_way(from + shift, to + shift);
-                }))
-                return true;
-        }
-        return false;
-    }
-
-    template <class MassOf>
-    Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume, const MassOf& mass_of,
-                 int threads, const PartOfBody& part) {
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(S(velocity[a])))
-                throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
-                                               " m/s; it must be finite in the simulation's precision."));
-        if (!x.empty() || part.count == 0)
-            firn::check_positions<double, D, S>(x.size(), particles.domain(),
-                                                [&](std::size_t i, int a) { return x[i][a]; });
-        if (part.count > particles.ids_left())
-            throw parameter_error(sentence("A body of ", part.count, " particles: only ", particles.ids_left(),
-                                           " ids of this material are left."));
-        const Body body{particles.next_id(), std::uint32_t(part.count)};
-        particles.reserve(particles.size() + (part.end - part.begin), threads);
-        particles.skip_ids(body.first + std::uint32_t(part.before + part.begin));
-        const auto state = initial_state<D>(material);
-        for (std::size_t i = part.begin; i < part.end; ++i)
-            particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
-        particles.skip_ids(body.first + body.count);
-        bodies.push_back(body);
-        readiness.unprepare();
-        return body;
-    }
 };
 
 namespace detail {
-/// Has the member `type`: a std::tuple with one MaterialSet for each material of the list.
+/// The sets of a list of materials.
 template <int D, class List>
 struct material_sets;
 template <int D, class... M>
 struct material_sets<D, Materials<M...>> {
-    using type = std::tuple<MaterialSet<D, M>...>;
+    static constexpr std::size_t count = sizeof...(M);  ///< Number of materials.
+    template <std::size_t I>
+    using set = MaterialSet<D, std::tuple_element_t<I, std::tuple<M...>>>;  ///< The type of set I.
 
     /// Makes one empty particle set per material.
     /// \param given  a list of materials, or a single material
     template <class Given>
-    static type make(const Given& given, const Domain<D>& domain) {
+    static auto make(const Given& given, const Domain<D>& domain) {
         Materials<M...> materials;
         if constexpr (std::is_constructible_v<Materials<M...>, const Given&>) materials = Materials<M...>(given);
-        return std::apply(
-            [&](const M&... model) {
-                return type{MaterialSet<D, M>{model, decltype(MaterialSet<D, M>::particles)(domain)}...};
-            },
-            materials.models);
+        SetList<precision_of_t<Materials<M...>>, D> sets;
+        std::apply([&](const M&... model) { (sets.add(std::make_unique<MaterialSet<D, M>>(model, domain)), ...); },
+                   materials.models);
+        return sets;
     }
     /// Returns the index of the material `Wanted` in the list of materials, counted from 0.
     template <class Wanted>

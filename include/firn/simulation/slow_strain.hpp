@@ -3,15 +3,15 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/stepper.hpp>
-#include <firn/data/particle_view.hpp>
-#include <firn/math/deformation.hpp>
+#include <firn/simulation/ranks_of.hpp>
+#include <firn/simulation/set_of.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
@@ -27,25 +27,13 @@ public:
     /// watch began and in one direction, by steps that their numbers cannot hold; otherwise, and after the first
     /// warning, an empty string.
     /// \param now  after a step
-    /// \param ranks  what the processes of the run tell each other
-    /// \tparam Transfer  an affine transfer; of others the rate of strain is not known, and nothing is watched
-    template <class Transfer, class Sets, class Ranks>
-    std::string look(const Sets& sets, const Moment& now, const Ranks& ranks) {
+    /// \param is_known  whether the transfer tells the rate of strain: it is affine
+    template <std::floating_point S, int D>
+    std::string look(const SetList<S, D>& sets, const Moment& now, bool is_known, const RanksOf<S, D>& ranks) {
         if (said_ || now.steps % 64 != 0 || now.steps == 0) return {};
         std::string text;
-        std::size_t number = 0;
-        std::apply(
-            [&](const auto&... set) {
-                const auto one = [&](const auto& of) {
-                    using Set = std::remove_cvref_t<decltype(of)>;
-                    if constexpr (Transfer::affine && sizeof(typename Set::S) == sizeof(float) &&
-                                  requires { of.particles.state(0).F; })
-                        if (text.empty()) text = look_at(of.particles, number, now);
-                    ++number;
-                };
-                (one(set), ...);
-            },
-            sets);
+        for (std::size_t k = 0; is_known && sizeof(S) == sizeof(float) && k < sets.size() && text.empty(); ++k)
+            text = look_at(sets[k], k, now);
         last_ = now.time;
         text = ranks.text_of_first(text);
         said_ = !text.empty();
@@ -63,8 +51,9 @@ private:
         std::vector<Sample> samples{};
     };
 
-    template <class Particles>
-    [[gnu::cold]] std::string look_at(const Particles& particles, std::size_t number, const Moment& now) {
+    template <std::floating_point S, int D>
+    [[gnu::cold]] std::string look_at(const SetOf<S, D>& set, std::size_t number, const Moment& now) {
+        const ParticleStore<S, D>& particles = set.store();
         if (watches_.size() <= number) watches_.resize(number + 1);
         Watch& watch = watches_[number];
         if (watch.stride == 0) watch.stride = particles.next_id() / 64 + 1;
@@ -73,7 +62,9 @@ private:
             if (!particles.is_particle(slot) || particles.id(slot) % watch.stride != 0) continue;
             const std::size_t i = particles.id(slot) / watch.stride;
             if (watch.samples.size() <= i) watch.samples.resize(i + 1);
-            update(watch.samples[i], particles.state(slot).F, particles.affine(slot), now);
+            const std::optional<GradientFacts<S, D>> gradient = set.gradient_of(slot);
+            if (!gradient) return {};
+            update(watch.samples[i], *gradient, particles.affine(slot), now);
             ++seen;
             losing += watch.samples[i].loses;
         }
@@ -83,11 +74,10 @@ private:
                         " by less than a float can add to their deformation gradient, because they have turned. Their "
                         "stress falls behind. Take double, or longer steps: a smaller speed of sound, larger cells.");
     }
-    template <class Gradient, class S, int D>
-    void update(Sample& of, const Gradient& F, const Mat<S, D>& C, const Moment& now) const {
-        double largest = 0, rate = 0, size = 0, change = 0, elastic = 0;
-        for (const S number : Stored<Gradient>::numbers(F)) largest = std::max(largest, std::abs(double(number)));
-        const Mat<S, D> E = left_cauchy_green_change(F);
+    template <std::floating_point S, int D>
+    void update(Sample& of, const GradientFacts<S, D>& gradient, const Mat<S, D>& C, const Moment& now) const {
+        double rate = 0, size = 0, change = 0, elastic = 0;
+        const Mat<S, D>& E = gradient.left_strain;
         for (int i = 0, k = 0; i < D; ++i)
             for (int j = i; j < D; ++j, ++k) {
                 const double own = 0.5 * (double(C(i, j)) + double(C(j, i)));
@@ -99,7 +89,8 @@ private:
             }
         of.way += std::sqrt(size) * (now.time - last_);
         ++of.seen;
-        of.below += rate * now.last_time_step < 0.5 * double(std::numeric_limits<S>::epsilon()) * largest;
+        of.below +=
+            rate * now.last_time_step < 0.5 * double(std::numeric_limits<S>::epsilon()) * gradient.largest_number;
         // To and fro at random, n looks lead as far as √n in one direction.
         const double far = of.way * std::max(2.5 / std::sqrt(double(of.seen)), 0.2);
         const bool goes_on = change > far * far && change > 1e-12 && change > 1e-4 * elastic;

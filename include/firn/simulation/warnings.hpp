@@ -12,6 +12,7 @@
 #include <firn/field/gravity.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/fracture.hpp>
+#include <firn/simulation/set_of.hpp>
 #include <firn/simulation/slow_strain.hpp>
 #include <firn/simulation/solid_warnings.hpp>
 #include <firn/simulation/walls_between_nodes.hpp>
@@ -23,7 +24,6 @@
 #include <functional>
 #include <limits>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
@@ -87,11 +87,6 @@ std::string few_digits(const Domain<D>& domain) {
                     "double, or put the origin near the domain.");
 }
 
-template <class Sets, class F>
-void for_sets(const Sets& sets, const F& f) {
-    std::apply([&](const auto&... set) { (f(set), ...); }, sets);
-}
-
 /// One particle of a body, with the values that the warnings need.
 template <int D>
 struct ParticleOfBody {
@@ -100,28 +95,29 @@ struct ParticleOfBody {
     double volume;       ///< volume of the particle [m^D]
     Vec<double, D> x{};  ///< position [m]
 };
-/// Calls see(particle) for every particle of every body. `see` is a std::function, so that this function is compiled
-/// only once for each type of Sets, and not once for each callable.
-template <int D, class Sets>
-[[gnu::cold]] void for_particles(const Sets& sets, const std::function<void(const ParticleOfBody<D>&)>& see) {
+/// Calls see(particle) for every particle of every body.
+template <std::floating_point S, int D>
+[[gnu::cold]] void for_particles(const SetList<S, D>& sets,
+                                 const std::type_identity_t<std::function<void(const ParticleOfBody<D>&)>>& see) {
     std::size_t first = 0;
-    for_sets(sets, [&](const auto& set) {
-        for (std::size_t slot = 0; slot < set.particles.slots(); ++slot) {
-            if (!set.particles.is_particle(slot)) continue;
-            const std::uint32_t id = set.particles.id(slot);
+    for (const SetOf<S, D>& set : sets) {
+        const ParticleStore<S, D>& particles = set.store();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const std::uint32_t id = particles.id(slot);
             const std::size_t b = set.body_of(id);
             if (b < set.bodies.size())
-                see({first + b, id, double(set.particles.volume(slot)), set.particles.exact_position(slot)});
+                see({first + b, id, double(particles.volume(slot)), particles.exact_position(slot)});
         }
         first += set.bodies.size();
-    });
+    }
 }
 
 /// Returns a sentence if particles lie inside a solid of the boundary, deeper than a tenth of a cell; otherwise an
 /// empty string.
-template <class Sets, class Boundary, int D>
-[[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
-    using S = typename std::tuple_element_t<0, Sets>::S;
+template <std::floating_point S, int D, class Boundary>
+[[gnu::cold]] std::string matter_in_solids(const SetList<S, D>& sets, const Domain<D>& domain,
+                                           const Boundary& boundary) {
     if constexpr (!has_surfaces<Boundary, S, D>) {
         return {};
     } else {
@@ -129,7 +125,7 @@ template <class Sets, class Boundary, int D>
         double deepest = 0.1 * domain.cell_size;
         ParticleOfBody<D> where{};
         const auto here = measured_from(boundary, domain.lower);
-        for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+        for_particles(sets, [&](const ParticleOfBody<D>& one) {
             double depth = 0;
             here.surfaces(cast<S>(one.x - domain.lower),
                           [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
@@ -208,15 +204,12 @@ struct BodyPoints {
 };
 
 /// Returns a sentence about the first two bodies that overlap; an empty string if no bodies overlap.
-template <int D, class Sets>
-[[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
+template <std::floating_point S, int D>
+[[gnu::cold]] std::string overlapping_bodies(const SetList<S, D>& sets) {
     std::vector<BodyPoints<D>> all;
-    std::size_t material = 0;
-    for_sets(sets, [&](const auto& set) {
-        for (const Body& body : set.bodies) all.push_back({material, body});
-        ++material;
-    });
-    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+    for (std::size_t material = 0; material < sets.size(); ++material)
+        for (const Body& body : sets[material].bodies) all.push_back({material, body});
+    for_particles(sets, [&](const ParticleOfBody<D>& one) {
         BodyPoints<D>& body = all[one.body];
         body.spacing = std::pow(one.volume, 1.0 / D);
         for (int a = 0; a < D; ++a) {
@@ -229,7 +222,7 @@ template <int D, class Sets>
         for (std::size_t j = 0; j < i; ++j)
             if (all[i].meets(all[j])) meet = all[i].has_neighbours = all[j].has_neighbours = true;
     if (!meet) return {};
-    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+    for_particles(sets, [&](const ParticleOfBody<D>& one) {
         if (all[one.body].has_neighbours) all[one.body].points.push_back(one.x);
     });
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -261,11 +254,11 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
 
 /// Returns a sentence about the first particle that has reached a face of the domain; an empty string if there is no
 /// such particle. Faces of periodic axes do not count.
-template <class Sets, int D>
-[[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
+template <std::floating_point S, int D>
+[[gnu::cold]] std::string matter_at_the_end(const SetList<S, D>& sets, const Domain<D>& domain) {
     std::string text;
     const double near = 1e-3 * domain.cell_size;
-    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+    for_particles(sets, [&](const ParticleOfBody<D>& one) {
         bool outside = false;
         for (int a = 0; a < D; ++a)
             outside = outside || (!domain.periodic[std::size_t(a)] &&
@@ -306,11 +299,12 @@ std::string lost_gravity(const Acceleration& acceleration, const Vec<double, D>&
 /// The warnings of a simulation. The object remembers which warnings were already given.
 class Warnings {
 public:
+    using Warn = std::function<void(const std::string&)>;
+
     /// Returns a warning if the bound of the time step [s] has fallen below 1/1000 of its largest value, or is below
     /// 10⁻⁶ s; otherwise an empty string.
     /// \param reason  a function without arguments that returns a sentence about what limits the time step
-    template <class Reason>
-    std::string of_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
+    std::string of_bound(double bound, std::uint64_t step, double time, const std::function<std::string()>& reason) {
         largest_ = std::max(largest_, bound);
         if (bound >= 1e-6 && bound >= 1e-3 * largest_) return {};
         return of_small_bound(bound, step, time, reason);
@@ -319,12 +313,11 @@ public:
     /// Returns a warning if the fixed time step [s] is above the bound [s], and their ratio has grown by at least a
     /// fifth since the last warning; otherwise an empty string.
     /// \param by_acceleration  whether an acceleration sets the bound
-    template <class Warn>
-    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, const Warn& warn) {
+    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, bool warns) {
         const double ratio = fixed / bound;
         if (ratio < 1.2 * said_ratio_ || std::isinf(said_ratio_)) return {};
         said_ratio_ = ratio;
-        if (!warn) return {};
+        if (!warns) return {};
         const char* const outcome =
             by_acceleration ? ", which is set by gravity or another acceleration; matter falls too far in a step, and "
                               "may pass what it should meet."
@@ -336,25 +329,26 @@ public:
     /// tension is stretched farther than the kernel joins its particles (both are looked for every 32nd step only), or
     /// that of SlowStrain::look(); otherwise an empty string.
     /// \param now  before a step
-    template <class Kernel, class Transfer, class Sets, int D, class Boundary, class Ranks>
-    std::string of_matter(Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Moment& now, int threads,
-                          const Ranks& ranks) {
+    /// \param has_all_walls    whether every face of the domain has a wall. \see detail::has_all_walls
+    /// \param tells_strain     whether the transfer is affine
+    template <std::floating_point S, int D>
+    std::string of_matter(SetList<S, D>& sets, const Domain<D>& domain, const KernelFacts& kernel, bool has_all_walls,
+                          bool tells_strain, const Moment& now, int threads, const RanksOf<S, D>& ranks) {
         std::string text;
-        if (now.steps % 32 == 0 && !end_said_ && !has_all_walls(boundary, domain)) {
+        if (now.steps % 32 == 0 && !end_said_ && !has_all_walls) {
             text = ranks.text_of_first(matter_at_the_end(sets, domain));
             end_said_ = !text.empty();
         }
         if (now.steps % 32 == 0 && text.empty() && !stretch_said_) {
-            text = ranks.text_of_first(too_far_stretched_of<Kernel>(sets, domain, threads));
+            text = ranks.text_of_first(too_far_stretched(sets, kernel, threads));
             stretch_said_ = !text.empty();
         }
-        return text.empty() ? slow_strain_.look<Transfer>(sets, now, ranks) : text;
-        return text;
+        return text.empty() ? slow_strain_.look(sets, now, tells_strain, ranks) : text;
     }
     /// Gives a warning if the samples of a new body are further apart than the cell size.
     /// \param warn  a function that receives the warning; may be empty
     /// \param speaks  whether this process gives warnings
-    template <int D, class Warn>
+    template <int D>
     void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn, bool speaks) {
         if (!warn || spacing_said_) return;
         const std::string text = wide_spacing(samples, domain.cell_size);
@@ -363,7 +357,7 @@ public:
     }
     /// Gives a warning if an acceleration field takes the place of the simulation's gravity, and has none.
     /// \param speaks  whether this process gives warnings
-    template <int D, class Acceleration, class Warn>
+    template <int D, class Acceleration>
     void of_gravity(const Acceleration& acceleration, const Vec<double, D>& gravity, const Warn& warn, bool speaks) {
         if (!warn || gravity_said_) return;
         const std::string text = lost_gravity(acceleration, gravity);
@@ -375,21 +369,21 @@ public:
     /// overlap, or if solids are thin or cap their distances.
     /// \param has_groups  whether matter may be in contact groups
     /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
-    template <class Sets, int D, class Boundary, class Warn, class Ranks>
-    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, bool has_groups,
-                  const Warn& warn, const Ranks& ranks) {
+    template <std::floating_point S, int D, class Boundary>
+    void of_start(const SetList<S, D>& sets, const Domain<D>& domain, const Boundary& boundary, bool has_groups,
+                  const Warn& warn, const RanksOf<S, D>& ranks) {
         if (!warn || started_) return;
         started_ = true;
-        for (const std::string& here : {few_digits<typename std::tuple_element_t<0, Sets>::S>(domain),
-                                        other_walls(boundary, domain), walls_between_nodes(boundary, domain),
-                                        matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets),
-                                        thin_solids(boundary, domain, has_groups), capped_distances(boundary, domain)})
+        for (const std::string& here :
+             {few_digits<S>(domain), other_walls(boundary, domain), walls_between_nodes(boundary, domain),
+              matter_in_solids(sets, domain, boundary), overlapping_bodies(sets),
+              thin_solids(boundary, domain, has_groups), capped_distances(boundary, domain)})
             if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
     }
 
 private:
-    template <class Reason>
-    [[gnu::cold]] std::string of_small_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
+    [[gnu::cold]] std::string of_small_bound(double bound, std::uint64_t step, double time,
+                                             const std::function<std::string()>& reason) {
         const bool fallen = bound < 1e-3 * largest_, small = bound < 1e-6;
         if ((!fallen || fallen_said_) && (!small || small_said_)) return {};
         std::string text = sentence("at step ", step, ", at ", time, " s, the bound of the time step ");

@@ -3,7 +3,8 @@
 #pragma once
 
 #include <firn/data/check_particles.hpp>
-#include <firn/data/particles.hpp>
+#include <firn/data/kernel_facts.hpp>
+#include <firn/data/particle_store.hpp>
 #include <firn/sort/block_sort.hpp>
 
 #include <memory>
@@ -25,18 +26,17 @@ void check_periods(const Domain<D>& domain, int colours, int support) {
 
 /// Returns the partition of firn's own particles: their order by block, cell and id. The function is the same for all
 /// materials and kernels.
-/// \param base_shift  the constant base_shift of the kernel
-/// \param colours     number of colours of dense blocks along an axis. \see colours_along_axis
-/// \param room        scratch memory of `BlockSort::room` bytes per slot
+/// \param room  scratch memory of `BlockSort::room` bytes per slot
 template <std::floating_point S, int D>
-BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
-                                   int colours, int threads, std::byte* room) {
+BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain,
+                                   const KernelFacts& kernel, int threads, std::byte* room) {
+    check_periods(domain, kernel.colours, kernel.support);
     BlockSort<D> sort(particles.slots, particles.id, threads, room);
     const bool periodic = is_periodic(domain);
     sort.look([&](std::size_t i) { return particles.is_particle(i); },
               [&](std::size_t first, std::size_t count, BlockCells& cells) {
                   using P = native_pack<S>;
-                  const P shift = P(S(base_shift));
+                  const P shift = P(S(kernel.base_shift));
                   S base[D][pack_size];
                   const S* places = particles.places + first * D;
                   for (int a = 0; a < D; ++a)
@@ -49,7 +49,7 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
                   if (periodic)
                       for (std::uint64_t& block : cells.block) block = wrapped_key(domain, block);
               });
-    BlockPartition<D> partition = sort.partition(colours);
+    BlockPartition<D> partition = sort.partition(kernel.colours);
     if (particles.grouped) partition.copy_stride = copy_stride(domain);
     return partition;
 }
@@ -61,11 +61,9 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 /// \param room     scratch memory of `BlockSort::room` bytes per slot
 /// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
 ///                          kernel: of 48)
-template <class Kernel, std::floating_point S, int D, class State>
-BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
-    detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
-    return detail::partition_places(particles.places(), particles.domain(), Kernel::base_shift,
-                                    colours_along_axis<Kernel>, threads, room);
+template <class Kernel, std::floating_point S, int D>
+BlockPartition<D> partition_particles(const ParticleStore<S, D>& particles, int threads, std::byte* room) {
+    return detail::partition_places(particles.places(), particles.domain(), facts_of<Kernel>(), threads, room);
 }
 
 /// Returns the partition of firn's own particles: their order by block, cell and id. No particle is moved. The function
@@ -73,8 +71,8 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
 /// \param threads  number of threads; 0: thread_count() chooses
 /// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
 ///                          kernel: of 48)
-template <class Kernel, std::floating_point S, int D, class State>
-BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
+template <class Kernel, std::floating_point S, int D>
+BlockPartition<D> partition_particles(const ParticleStore<S, D>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
     return partition_particles<Kernel>(particles, threads, room.get());
 }
@@ -112,19 +110,25 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
 }
 
 /// Sorts firn's own particles by block, cell and id: moves the particles into this order and returns their partition.
+/// \param kernel   facts_of<Kernel>()
 /// \param threads  number of threads; 0: thread_count() chooses
 /// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
 ///                          kernel: of 48)
-template <class Kernel, std::floating_point S, int D, class State>
-BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
+template <std::floating_point S, int D>
+BlockPartition<D> sort_particles(const KernelFacts& kernel, ParticleStore<S, D>& particles, int threads) {
     static_assert(D * D * sizeof(S) >= BlockSort<D>::room);
     const int workers = thread_count(threads);
     BlockPartition<D> partition;
     parallel_region(workers, [&] {
-        partition = partition_particles<Kernel>(particles, workers, particles.room());
+        partition = detail::partition_places(particles.places(), particles.domain(), kernel, workers, particles.room());
         particles.reorder(partition, workers);
     });
     return partition;
+}
+/// As sort_particles() with the facts about a kernel.
+template <class Kernel, std::floating_point S, int D>
+BlockPartition<D> sort_particles(ParticleStore<S, D>& particles, int threads = 0) {
+    return sort_particles(facts_of<Kernel>(), particles, threads);
 }
 
 }  // namespace firn::inline FIRN_BUILD

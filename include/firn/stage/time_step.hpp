@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/data/kernel_facts.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 
@@ -19,8 +20,9 @@ namespace firn::inline FIRN_BUILD {
 /// derivatives N' of the weights; the maximum is taken over the positions of the particle. More particles do not raise
 /// this value. The limit 2/ω of the time step is then 0.82 h/c for the quadratic and 1.13 h/c for the cubic spline. So
 /// the same fraction of the courant_limit is safe for both splines.
+constexpr double time_step_safety_of(double courant_limit) { return 0.6 * (courant_limit / 1.6329931618554521); }
 template <class Kernel>
-inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
+inline constexpr double time_step_safety = time_step_safety_of(Kernel::courant_limit);
 
 /// The factor f for which f √(h/a) is the largest time step with an acceleration a [m/s²]; in this step, a moves matter
 /// at rest by a dt² = f² h, a sixteenth of the cell size h.
@@ -66,6 +68,10 @@ S stable_time_step(const S& cell_size, const S& largest_signal_speed) {
 template <class Kernel>
 double stable_time_step(double cell_size, double largest_signal_speed) {
     return stable_time_step<Kernel, double>(cell_size, largest_signal_speed);
+}
+/// As stable_time_step(), for a kernel of which only the facts are known.
+inline double stable_time_step(const KernelFacts& kernel, double cell_size, double largest_signal_speed) {
+    return time_step_safety_of(kernel.courant_limit) * cell_size / largest_signal_speed;
 }
 
 /// Returns the largest time step [s] for an acceleration a [m/s²]: ¼ √(h/a), with the cell size h [m].

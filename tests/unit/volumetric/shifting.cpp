@@ -37,9 +37,12 @@ struct Water {
         if (sorts) partition = sort_particles<Kernel>(particles);
         if (sorts) grid.activate(partition);
         FilterMemory<S> memory;
-        stray = shift_particles<Kernel>(execution, grid, memory, boundary, share, no_copies,
-                                        std::forward_as_tuple(std::as_const(fluid)),
-                                        ParticleSet{particles.view(), partition})[0];
+        const ParticleSet set{particles.view(), partition};
+        find_present_volumes<Fluid<S>>(execution, memory, 0, set);
+        const auto shift = [&](auto all) {
+            return shift_particles<Kernel>(execution, grid, memory, boundary, share, no_copies, {true}, all);
+        };
+        stray = firn::detail::with_sets(shift, set)[0];
     }
     /// x by id
     std::map<std::uint32_t, Vec<double, D>> positions() const {

@@ -42,8 +42,11 @@ struct Block {
     }
     void filter(S share, const Mirrors& mirrors = {}) {
         FilterMemory<S> memory;
-        filter_volumes<Kernel>(Coloured{2}, grid, memory, mirrors, share, material, 0,
-                               ParticleSet{particles.view(), partition});
+        const ParticleSet set{particles.view(), partition};
+        const auto filter_all = [&](auto all) {
+            filter_volumes<Kernel>(Coloured{2}, grid, memory, mirrors, share, material, set, 0, all);
+        };
+        firn::detail::with_sets(filter_all, set);
     }
     /// f(x, J − 1, slot) for all particles.
     template <class F>
