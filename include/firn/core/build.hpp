@@ -137,3 +137,22 @@
     FIRN_JOIN_VALUES(FIRN_BUILD_PROCESSOR, FIRN_BUILD_N, FIRN_BUILD_B, FIRN_BUILD_H, FIRN_BUILD_FMA,    \
                      FIRN_BUILD_ATOMICS, FIRN_BUILD_OPENMP, FIRN_BUILD_OPTIMISED, FIRN_BUILD_SANITIZED, \
                      FIRN_BUILD_CONTAINERS, FIRN_BUILD_ROWS, FIRN_BUILD_COMPILER, FIRN_BUILD_VERSION)
+
+/// Whether headers include the bodies (-inl.hpp) of what the libraries firn::compiled and firn::compiled_hdf5 compile:
+/// in these libraries, and in programs that do not link them.
+#if !defined(FIRN_COMPILED) || defined(FIRN_COMPILES)
+#define FIRN_HAS_BODIES 1
+#else
+#define FIRN_HAS_BODIES 0
+#endif
+#if !defined(FIRN_COMPILED_HDF5) || defined(FIRN_COMPILES)
+#define FIRN_HAS_BODIES_OF_STATES 1
+#else
+#define FIRN_HAS_BODIES_OF_STATES 0
+#endif
+/// In front of the body of a function that is no template. The libraries compile it in several files, once is linked.
+#if defined(FIRN_COMPILES)
+#define FIRN_BODY [[gnu::weak]]
+#else
+#define FIRN_BODY inline
+#endif

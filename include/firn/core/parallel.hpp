@@ -73,15 +73,7 @@ void on_this_thread(const Body& body) {
     body();
 }
 
-inline void run_loop(const PhasedLoop& loop, int workers) {
-    const ThreadRole& role = role_of_this_thread;
-    const bool is_long = std::any_of(loop.counts.begin(), loop.counts.end(), [&](auto n) { return n > loop.grain; });
-    const bool is_shared = is_long && workers > 1 && !role.at_work;
-    if (is_shared && role.team) return role.team->run(loop, workers);
-    if (is_shared && may_open_region()) return parallel_region(workers, [&] { run_loop(loop, workers); });
-    for (std::size_t phase = 0; phase < loop.counts.size(); ++phase)
-        loop.run(loop.body, phase, 0, loop.counts[phase], 0);
-}
+void run_loop(const PhasedLoop& loop, int workers);
 
 }  // namespace detail
 
@@ -159,3 +151,7 @@ void fill_chunks(Numbers& numbers, const T& value, int threads) {
 }  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/core/parallel-inl.hpp>
+#endif

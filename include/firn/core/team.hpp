@@ -92,20 +92,7 @@ public:
     /// \param workers  largest number of workers that take part
     /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
     ///                   been started when the exception is thrown are left out.
-    void run(const PhasedLoop& loop, int workers) {
-        loop_ = loop;
-        const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
-        loop_.grain = std::max(loop.grain, largest / std::size_t(Share::most_chunks) + 1);
-        std::size_t most = 0;
-        for (std::size_t phase = 0; phase < loop.counts.size(); ++phase) most = std::max(most, loop_.chunks(phase));
-        workers_ = std::min({std::uint64_t(workers), std::uint64_t(most), std::uint64_t(seats_.size())});
-        failed_ = is_over_ = false;
-        phase_ = 0;
-        if (open_phase()) let_go();
-        if (loop.is_owned) wait_for_owners();
-        work(0, is_over_);
-        if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-    }
+    void run(const PhasedLoop& loop, int workers);
 
     /// Runs chunks of all loops, as the worker with index `worker` ≥ 1, until close() is called. Returns at once if
     /// another thread already runs as this worker.
@@ -149,60 +136,17 @@ private:
     };
 
     /// Runs chunks as the worker with index `worker` until no chunk is left and `enough` is true.
-    void work(int worker, const std::atomic<bool>& enough) {
-        ThreadRole& role = role_of_this_thread;
-        const bool was_at_work = std::exchange(role.at_work, true);
-        for (int looked = 0;;) {
-            // given_out_ is read before the shares. If given_out_ is the index of a phase, all shares of this phase
-            // have been given, so the worker finds its own share of this phase.
-            const std::uint64_t given_out = given_out_;
-            if (take(worker, worker, given_out) || take_from_others(worker, given_out)) {
-                if (looked > 0) role.patience = std::min(role.patience + role.patience_gained, role.most_patience);
-                looked = 0;
-            } else if (enough) {
-                break;
-            } else if (looked < role.patience) {
-                ++looked;
-                pause();
-            } else {
-                role.patience = std::max(role.patience / 2, role.least_patience);
-                sleep(worker, enough);
-                looked = 0;
-            }
-        }
-        role.at_work = was_at_work;
-    }
+    void work(int worker, const std::atomic<bool>& enough);
     /// Runs the share of worker 0, which is the calling thread. Then waits until the other workers have run their
     /// shares, but no longer than longest_wait_for_owner. Then allows all workers to steal the chunks that are left.
-    void wait_for_owners() {
-        ThreadRole& role = role_of_this_thread;
-        const bool was_at_work = std::exchange(role.at_work, true);
-        while (take(0, 0, given_out_)) {
-        }
-        role.at_work = was_at_work;
-        const double end = seconds_now() + longest_wait_for_owner;
-        while (!is_over_ && seconds_now() < end) pause();
-        given_out_ = number_;
-    }
+    void wait_for_owners();
 
     /// Takes a chunk from the share of worker `from` and runs the chunk as worker `worker`. If `from` equals `worker`,
     /// this is the first chunk of the share, else the last one. Returns true if a chunk was taken, false if the worker
     /// may take no chunk of this share.
     ///
     /// loop_ is read only after the chunk is taken: until then, a share of another loop may replace this share.
-    bool take(int from, int worker, std::uint64_t given_out) {
-        std::atomic<std::uint64_t>& left = seats_[std::size_t(from)].share;
-        std::uint64_t word = left;
-        for (;;) {
-            Share share(word);
-            if (!is_offered(share, from, worker, given_out)) return false;
-            const std::uint64_t chunk = from == worker ? share.first++ : --share.last;
-            if (left.compare_exchange_weak(word, share.word())) {
-                run_chunk(std::size_t(chunk), worker);
-                return true;
-            }
-        }
-    }
+    bool take(int from, int worker, std::uint64_t given_out);
     bool take_from_others(int worker, std::uint64_t given_out) {
         for (int other = 0; other < workers(); ++other)
             if (other != worker && take(other, worker, given_out)) return true;
@@ -213,35 +157,15 @@ private:
     static bool is_offered(const Share& share, int from, int worker, std::uint64_t given_out) {
         return share.offers(std::uint64_t(worker)) && (from == worker || share.phase == given_out);
     }
-    bool is_any_offered(int worker) const {
-        const std::uint64_t given_out = given_out_;
-        for (int from = 0; from < workers(); ++from)
-            if (is_offered(Share(seats_[std::size_t(from)].share), from, worker, given_out)) return true;
-        return false;
-    }
+    bool is_any_offered(int worker) const;
 
     /// Runs a chunk, unless another chunk of this loop has thrown an exception. Counts the chunk as done, whether it
     /// was run or not.
-    void run_chunk(std::size_t chunk, int worker) {
-        if (!failed_) {
-            const std::size_t first = chunk * loop_.grain, left = loop_.counts[phase_] - first;
-            try {
-                loop_.run(loop_.body, phase_, first, first + std::min(loop_.grain, left), worker);
-            } catch (...) {
-                if (!failed_.exchange(true)) failure_ = std::current_exception();
-            }
-        }
-        let_go();
-    }
+    void run_chunk(std::size_t chunk, int worker);
 
     /// Subtracts 1 from unfinished_. let_go() must be called once after each chunk of a phase, and once after
     /// open_phase(). The last of these calls starts the next phase.
-    void let_go() {
-        while (unfinished_.fetch_sub(1) == 1) {
-            ++phase_;
-            if (!open_phase()) return;
-        }
-    }
+    void let_go();
 
     /// Starts the next phase that has chunks, by giving every worker its share of them. Returns false if there is no
     /// such phase.
@@ -249,25 +173,7 @@ private:
     /// unfinished_ is set to the number of chunks plus 1, so that the phase cannot end before all shares are given; the
     /// caller of open_phase() must call let_go() afterwards. Call open_phase() only when unfinished_ is 0: then no
     /// other thread uses the loop until the first share is given.
-    bool open_phase() {
-        for (; phase_ < loop_.counts.size() && !failed_; ++phase_) {
-            const std::size_t chunks = loop_.chunks(phase_);
-            if (chunks == 0) continue;
-            const std::uint64_t workers = std::min<std::uint64_t>(workers_, chunks);
-            const auto seats = std::span(seats_).first(std::size_t(workers));
-            unfinished_ = chunks + 1;
-            number_ = (number_ + 1) % 16;
-            for (std::uint64_t k = 0; k < workers; ++k)
-                seats[std::size_t(k)].share =
-                    Share(chunks * k / workers, chunks * (k + 1) / workers, workers, number_).word();
-            if (!loop_.is_owned) given_out_ = number_;
-            for (Seat& seat : seats) wake(seat);
-            return true;
-        }
-        is_over_ = true;
-        wake(seats_[0]);
-        return false;
-    }
+    bool open_phase();
 
     /// Makes the calling thread, which runs as the worker with index `worker`, sleep until wake() is called for this
     /// worker.
@@ -276,14 +182,7 @@ private:
     /// shares and then reads `sleeps`. All threads see these reads and writes in the same order
     /// (std::memory_order_seq_cst). So either the worker sees the new share, or open_phase() sees that the worker
     /// sleeps.
-    void sleep(int worker, const std::atomic<bool>& enough) {
-        Seat& seat = seats_[std::size_t(worker)];
-        seat.sleeps = 1;
-        if (is_any_offered(worker) || enough)
-            seat.sleeps = 0;
-        else
-            sleep_while(seat.sleeps, 1);
-    }
+    void sleep(int worker, const std::atomic<bool>& enough);
     static void wake(Seat& seat) {
         if (seat.sleeps == 0) return;
         seat.sleeps = 0;
@@ -302,3 +201,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/core/team-inl.hpp>
+#endif

@@ -88,23 +88,7 @@ public:
     /// Increases the number of slots. All numbers in new slots are zero. Each worker is the first to write to its part
     /// of the new memory.
     /// \param slots  the new number of slots, a multiple of pack_size
-    void grow(std::size_t slots, int workers) {
-        if (memory_.size() >= bytes_for(slots)) return grow_in_place(slots);
-        FieldMemory larger(order_, fields_, width_, widest_);
-        larger.slots_ = slots;
-        larger.memory_.resize(bytes_for(slots));
-        if (bytes_for(slots) < detail::least_shared_bytes) workers = 1;
-        std::size_t offset = 0;
-        for (std::size_t f = 0; f < fields_.size(); ++f) {
-            const std::size_t bytes = slots * fields_[f].bytes_of_slot();
-            larger.fields_[f].offset = offset;
-            write(numbers<std::byte>(f), slots_ * fields_[f].bytes_of_slot(), larger.numbers<std::byte>(f), bytes,
-                  workers);
-            offset += bytes;
-        }
-        write(nullptr, 0, larger.memory_.data() + offset, slots * widest_, workers);
-        *this = std::move(larger);
-    }
+    void grow(std::size_t slots, int workers);
 
     /// Sorts the particles: moves the particle in slot order[i] to slot i, for all i. If order[i] is no_particle, slot
     /// i gets arbitrary numbers. Use permute() only with SlotOrder::sorted.
@@ -162,20 +146,7 @@ private:
     std::size_t end_of_fields() const { return fields_.back().offset + slots_ * fields_.back().bytes_of_slot(); }
 
     /// Does the work of grow() if the memory is large enough: moves the fields apart, into the gap.
-    void grow_in_place(std::size_t slots) {
-        const std::size_t count = fields_.size();
-        std::size_t end = room_at_end_ ? bytes_for(slots) - slots * widest_ : memory_.size() - slots * width_;
-        for (std::size_t i = 0; i < count; ++i) {  // a field is moved before another field takes its place
-            Field& field = fields_[room_at_end_ ? count - 1 - i : i];
-            const std::size_t there = slots_ * field.bytes_of_slot(), bytes = slots * field.bytes_of_slot();
-            const std::size_t to = room_at_end_ ? end - bytes : end;
-            std::memmove(memory_.data() + to, memory_.data() + field.offset, there);
-            std::memset(memory_.data() + to + there, 0, bytes - there);
-            field.offset = to;
-            end = room_at_end_ ? to : to + bytes;
-        }
-        slots_ = slots;
-    }
+    void grow_in_place(std::size_t slots);
     static void write(const std::byte* from, std::size_t there, std::byte* to, std::size_t bytes, int workers) {
         detail::for_shares(bytes / 64, workers, [&](std::size_t first, std::size_t last) {
             const std::size_t end = std::clamp(there, 64 * first, 64 * last);
@@ -220,3 +191,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/data/field_memory-inl.hpp>
+#endif

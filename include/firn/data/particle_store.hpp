@@ -77,24 +77,11 @@ public:
     /// \return the slot of the new particle
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
-    std::size_t push_back(const Vec<double, D>& x) {
-        ids_.require(1);
-        const std::size_t slot = new_slot();
-        set_start(slot);
-        set_position(slot, x, 0);
-        id_[slot] = ids_.give();
-        ++size_;
-        return slot;
-    }
+    std::size_t push_back(const Vec<double, D>& x);
 
     /// Removes the particle in a slot; does nothing if the slot is padding. The slot is then padding until particles
     /// are sorted again.
-    void remove(std::size_t slot) {
-        if (!is_particle(slot)) return;
-        id_[slot] = no_particle;
-        set_start(slot);
-        --size_;
-    }
+    void remove(std::size_t slot);
     /// Returns how many ids can still be given out.
     std::uint32_t ids_left() const { return no_particle - ids_.next(); }
     /// Marks all ids below `next` as given out, so that no new particle gets one of them. This keeps the ids of removed
@@ -109,17 +96,7 @@ public:
     Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
     /// Returns the position x [m] of the particle in a slot, in the precision in which it is stored. Along periodic
     /// axes, x lies in the domain.
-    Vec<double, D> exact_position(std::size_t slot) const {
-        const BlockCoordinate<D> of = block(slot);
-        Vec<double, D> x{};
-        for (int a = 0; a < D; ++a) {
-            x[a] = position_of_place(domain_, of, a, double(fields_.template at<S>(of_place, slot, a)));
-            const double lower = domain_.lower[a], upper = domain_.upper[a];
-            if (domain_.periodic[std::size_t(a)] && !(x[a] >= lower && x[a] <= upper))
-                x[a] = std::clamp(x[a] < lower ? x[a] + (upper - lower) : x[a] - (upper - lower), lower, upper);
-        }
-        return x;
-    }
+    Vec<double, D> exact_position(std::size_t slot) const;
     /// Returns the coordinates of the block from whose lower corner the position of the particle in a slot is counted.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
     /// Returns the stored position of the particle in a slot [cells], counted from the lower corner of block(slot).
@@ -148,23 +125,10 @@ public:
     /// row by row, and symmetric matrices have all D² elements.
     /// \param field  index of the field in the table
     /// \param to     memory for FieldInfo::components_in_state() numbers
-    void get(std::size_t field, std::size_t slot, S* to) const {
-        const FieldInfo& info = table_[field];
-        for (int k = 0; k < info.components_in_state(D); ++k) {
-            const S stored = fields_.template at<S>(field, slot, info.component_of(D, k));
-            to[k] = info.is_less_one(D, k) ? S(1) + stored : stored;
-        }
-    }
+    void get(std::size_t field, std::size_t slot, S* to) const;
     /// Copies the remainders of a field that is stored less 1. \see FieldInfo::remainder_name
     /// \param to  memory for FieldInfo::components_less_one() numbers
-    void get_remainders(std::size_t field, std::size_t slot, S* to) const {
-        const FieldInfo& info = table_[field];
-        for (int k = 0; k < info.components_in_state(D); ++k) {
-            if (!info.is_less_one(D, k)) continue;
-            const S stored = fields_.template at<S>(field, slot, info.component_of(D, k));
-            *to++ = stored - ((S(1) + stored) - S(1));
-        }
-    }
+    void get_remainders(std::size_t field, std::size_t slot, S* to) const;
     /// Sets all components of a field of the particle in a slot. In `from`, the components have the order of get(). Of
     /// a symmetric matrix, only the upper triangle is used.
     /// \param field       index of the field in the table
@@ -199,21 +163,7 @@ public:
     void set_position(std::size_t slot, const Vec<double, D>& x) { set_position(slot, x, contact_group(slot)); }
     /// Sets the position x [m] and the contact group of the particle in a slot. A position that lies outside of the
     /// domain by rounding is moved to the face. \see rounding_at_faces
-    void set_position(std::size_t slot, const Vec<double, D>& x, int group) {
-        BlockCoordinate<D> of{};
-        Vec<S, D> place{};
-        for (int a = 0; a < D; ++a) {
-            const double cells = (snapped_to_faces<S>(domain_, a, x[a]) - domain_.lower[a]) / domain_.cell_size;
-            const double block = std::floor(cells / block_size);
-            of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // NaN: block 0
-            if (a == 0 && !domain_.periodic[0])  // outside of the domain lie the copies of its blocks
-                of[0] = std::clamp(of[0], -1, blocks_for(domain_.cells(0)));
-            place[a] = S(cells - block_size * double(of[std::size_t(a)]));
-        }
-        of = wrapped(domain_, of);
-        of[0] += group * copy_stride(domain_);
-        set_place(slot, of, place);
-    }
+    void set_position(std::size_t slot, const Vec<double, D>& x, int group);
     /// Sets the position of the particle in a slot, given by a block and a position within the block.
     /// \param of     coordinates of a block, or of a copy of it
     /// \param place  position within the block [cells], counted from the block's lower corner
@@ -248,16 +198,7 @@ public:
     }
     /// Writes the record of the particle in a slot: the key of its block, its id, then the numbers of its fields.
     /// \param to  memory of record_bytes() bytes
-    void write_record(std::size_t slot, std::byte* to) const {
-        const auto put = [&](const auto& value) {
-            std::memcpy(to, &value, sizeof value);
-            to += sizeof value;
-        };
-        put(blocks_[block_[slot]]);
-        put(id_[slot]);
-        for (std::size_t f = 0; f < table_.size(); ++f)
-            for (int k = 0; k < fields_.components(f); ++k) put(fields_.template at<S>(f, slot, k));
-    }
+    void write_record(std::size_t slot, std::byte* to) const;
     /// Returns the first slot from `slot` on that holds no particle; slots() if there is none.
     std::size_t free_slot(std::size_t slot) const {
         while (slot < slots() && is_particle(slot)) ++slot;
@@ -268,21 +209,7 @@ public:
     /// Puts the particle of a record into a slot that holds no particle. The particle keeps its id. Particles must be
     /// sorted again before the next step.
     /// \param slot  a slot below slots(). \see reserve, free_slot
-    void put_record(std::size_t slot, const std::byte* from) {
-        const auto take = [&](auto value) {
-            std::memcpy(&value, from, sizeof value);
-            from += sizeof value;
-            return value;
-        };
-        end_ = std::max(end_, slot + 1);
-        const std::uint64_t block = take(std::uint64_t(0));
-        id_[slot] = take(std::uint32_t(0));
-        for (std::size_t f = 0; f < table_.size(); ++f)
-            for (int k = 0; k < fields_.components(f); ++k) fields_.template at<S>(f, slot, k) = take(S(0));
-        set_block(slot, block);
-        ids_.skip(id_[slot] + 1);
-        ++size_;
-    }
+    void put_record(std::size_t slot, const std::byte* from);
     /// @}
 
     /// Returns the address of scratch memory for at least D² numbers of type S per slot. The memory may be used until
@@ -292,57 +219,10 @@ public:
     /// Moves all particles into the order of a partition. Afterwards, partition.order contains the particles' ids.
     /// \param partition  the partition of these particles; its `order` contains their old slots
     /// \param workers    number of workers, at least 1
-    void reorder(BlockPartition<D>& partition, int workers) {
-        aligned_vector<std::uint32_t>& order = partition.order;
-        const auto for_groups = [&](const auto& body) {
-            parallel_for(partition.groups.size(), workers, [&](std::size_t g, int) { body(partition.groups[g]); }, 64);
-        };
-        fields_.template permute<std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>>(order, workers,
-                                                                                                   spare_);
-
-        for_groups([&](const BlockGroup& group) {
-            for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
-                const BlockCoordinate<D>& block = partition.ranges[r].block;
-                const std::uint64_t old_key = blocks_[block_[order[slot]]];
-                order[slot] = id_[order[slot]];
-                if (old_key == block_key<D>(block)) return;
-                const BlockCoordinate<D> old = block_of_key<D>(old_key);
-                for (std::size_t a = 0; a < std::size_t(D); ++a)
-                    fields_.template at<S>(of_place, slot, int(a)) +=
-                        S(block_size * block_distance(domain_, int(a), old[a], block[a]));
-            });
-            for_padding(group, [&](std::size_t slot) { set_start(slot); });
-        });
-        const std::size_t all_slots = order.size() + spare_;
-        for (aligned_vector<std::uint32_t>* of_slots : {&id_, &block_}) {
-            of_slots->clear();
-            if (of_slots->capacity() < all_slots) of_slots->reserve(all_slots + all_slots / 64);
-            of_slots->resize(all_slots);
-        }
-        std::fill_n(id_.data() + order.size(), spare_, no_particle);
-        std::fill_n(block_.data() + order.size(), spare_, 0u);
-        for_groups([&](const BlockGroup& group) {
-            for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
-                id_[slot] = order[slot];
-                block_[slot] = std::uint32_t(r);
-            });
-            for_padding(group, [&](std::size_t slot) {
-                id_[slot] = no_particle;
-                block_[slot] = group.first_range + group.ranges - 1;
-            });
-        });
-        end_ = order.size();
-        blocks_.resize(partition.ranges.size());
-        for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
-    }
+    void reorder(BlockPartition<D>& partition, int workers);
 
     /// Returns the arrays that P2G and contact read. The addresses are valid until the store is changed.
-    BuiltIn motion() {
-        BuiltIn view{};
-        constexpr auto built_in = BuiltIn::built_in();
-        for (std::size_t f = 0; f < built_in.size(); ++f) view.*(built_in[f].member) = span(f);
-        return view;
-    }
+    BuiltIn motion();
 
     /// Size of the memory that the store has allocated [bytes].
     std::size_t bytes() const {
@@ -384,36 +264,13 @@ private:
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
     /// Returns the next unused slot. Increases the number of slots if there is none.
-    std::size_t new_slot() {
-        if (end_ == slots()) {
-            const std::size_t more =
-                std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
-            grow(more, more, 0);
-        }
-        return end_++;
-    }
-    void set_block(std::size_t slot, std::uint64_t key) {
-        if (blocks_.empty() || blocks_.back() != key) {
-            blocks_.push_back(key);
-            grouped_ = grouped_ || group_of_copy(block_of_key<D>(key)[0], copy_stride(domain_)) != 0;
-        }
-        block_[slot] = std::uint32_t(blocks_.size() - 1);
-    }
+    std::size_t new_slot();
+    void set_block(std::size_t slot, std::uint64_t key);
     /// Increases the number of slots, and keeps the particles.
     /// \param slots      the new number of slots
     /// \param particles  number of particles to report in the error message
     /// \throws memory_error  if there is no memory for this many slots
-    void grow(std::size_t slots, std::size_t particles, int threads) {
-        require_memory(
-            double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
-            sentence("Room for ", particles, " particles"), "Take fewer: choose a larger spacing or a smaller body.");
-        const int workers = thread_count(threads);
-        parallel_region(workers, [&] {
-            fields_.grow(slots, workers);
-            firn::grow(id_, slots, no_particle, workers);
-            firn::grow(block_, slots, {}, workers);
-        });
-    }
+    void grow(std::size_t slots, std::size_t particles, int threads);
     /// Sets all fields in a slot to their start values. Padding with these values has no effect: it is at rest,
     /// undeformed and massless, and lies in the middle of its block.
     void set_start(std::size_t slot) {
@@ -426,12 +283,7 @@ private:
         for (int a = 0; a < D; ++a) r[a] = fields_.template at<S>(field, slot, a);
         return r;
     }
-    Mat<S, D> matrix(std::size_t field, std::size_t slot) const {
-        Mat<S, D> r{};
-        for (int k = 0; k < D * D; ++k)
-            r(k / D, k % D) = fields_.template at<S>(field, slot, table_[field].component_of(D, k));
-        return r;
-    }
+    Mat<S, D> matrix(std::size_t field, std::size_t slot) const;
     void put(std::size_t field, std::size_t slot, const S* numbers, int components) {
         for (int k = 0; k < components; ++k) fields_.template at<S>(field, slot, k) = numbers[k];
     }
@@ -472,3 +324,7 @@ std::vector<std::uint32_t> slots_by_id(const ParticleStore<S, D>& particles, int
 }
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/data/particle_store-inl.hpp>
+#endif

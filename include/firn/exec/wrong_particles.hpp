@@ -32,25 +32,11 @@ struct ParticleFacts {
     bool at_face = false;         ///< whether the particle lies on a face of the domain, where G2P has stopped it
     bool has_passed = false;      ///< whether the particle would have moved more than a cell out of the domain
 
-    double speed() const {  ///< Returns |v| [m/s].
-        double square = 0;
-        for (int a = 0; a < dimension; ++a) square += velocity[a] * velocity[a];
-        return std::sqrt(square);
-    }
+    double speed() const;
     /// Returns a text like "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1".
-    [[gnu::cold]] std::string text() const {
-        return sentence("particle ", id, has_position ? " at " + point_text(position, dimension) + " m" : "",
-                        " with velocity ", point_text(velocity, dimension), " m/s",
-                        has_volume_ratio ? sentence(", J = ", volume_ratio) : "");
-    }
+    [[gnu::cold]] std::string text() const;
     /// Adds the name of a field to `not_finite` if one of the field's values is not finite.
-    [[gnu::cold]] void look_at(const char* name, const double* numbers, int components) {
-        bool finite = true;
-        for (int k = 0; k < components; ++k) finite = finite && std::isfinite(numbers[k]);
-        if (finite) return;
-        not_finite += not_finite.empty() ? "not finite: its " : ", its ";
-        for (; *name; ++name) not_finite += *name == '_' ? ' ' : *name;
-    }
+    [[gnu::cold]] void look_at(const char* name, const double* numbers, int components);
 };
 
 /// The base class of objects that receive the facts about particles, one particle after the other.
@@ -68,28 +54,10 @@ struct WrongParticles final : FactsReader {
         of = 0;               ///< number of all particles
     bool by_velocity = true;  ///< true: collects by not_finite and has_passed; false: by at_face
 
-    [[gnu::cold]] void see(ParticleFacts& one) override {
-        if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
-        ++count;
-        std::size_t place = std::min(count, lowest_.size()) - 1;
-        if (count > lowest_.size() && lowest_[place] < one.id) return;
-        for (; place > 0 && lowest_[place - 1] > one.id; --place) lowest_[place] = lowest_[place - 1];
-        lowest_[place] = one.id;
-        if (place == 0) first_ = std::move(one);
-    }
+    [[gnu::cold]] void see(ParticleFacts& one) override;
     /// Returns sentences like "3 of 100 particles are not finite, or left the domain. The first is …". The caller adds
     /// the cause.
-    [[gnu::cold]] std::string text() const {
-        const std::string total = sentence(of, of == 1 ? " particle" : " particles");
-        if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
-        std::string further;
-        for (std::size_t k = 1; k < std::min(count, lowest_.size()); ++k)
-            further += sentence(k == 1 ? "; further ids: " : ", ", lowest_[k]);
-        if (count > lowest_.size()) further += ", …";
-        return sentence(count, " of ", total, count == 1 ? " is" : " are",
-                        " not finite, or left the domain. The first is ", first_.text(), ": ",
-                        first_.not_finite.empty() ? "it has left the domain" : first_.not_finite, further, ".");
-    }
+    [[gnu::cold]] std::string text() const;
 
 private:
     std::array<std::uint32_t, 5> lowest_{};  // lowest ids of wrong particles, ascending
@@ -200,3 +168,7 @@ template <class Read>
 }
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/exec/wrong_particles-inl.hpp>
+#endif

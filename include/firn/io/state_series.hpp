@@ -7,13 +7,10 @@
 #include <firn/io/series_file.hpp>
 #include <firn/io/state_writer.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -34,36 +31,13 @@ public:
     /// \throws parameter_error  if `name` is empty, is longer than 200 bytes, or contains '/', '.' or control
     ///                          characters
     /// \throws io_error         if the folder cannot be made
-    StateSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {})
-        : directory_(std::move(directory)), name_(std::move(name)), options_(options) {
-        detail::check_state_name("series", name_);
-        std::error_code failure;
-        std::filesystem::create_directories(directory_, failure);
-        if (failure || !std::filesystem::is_directory(directory_, failure)) {
-            throw io_error(sentence("The folder ", directory_, " for states cannot be made: ",
-                                    failure ? failure.message() : "there is a file of that name", "."));
-        }
-    }
+    StateSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {});
 
     /// Continues a series of this name that exists on disk. Call this function before the first call of write(), which
     /// then removes or overwrites the states that are later than `time`.
     /// \param time  states up to and including this time [s] are kept
     /// \throws io_error  if the list of states cannot be read, or if it names a file that is not a state of this series
-    void go_on_from(double time) {
-        std::vector<SeriesEntry> kept;
-        std::size_t next = 0;
-        for (SeriesEntry& entry : read_series(path())) {
-            if (!detail::is_series_member(entry.file, name_))
-                throw io_error(sentence("The list of states ", path(), " names '", entry.file,
-                                        "', which is not a state of the series '", name_, "'. Use another name."));
-            if (entry.time > time) continue;
-            next = std::max(next, detail::series_number(entry.file, name_) + 1);
-            kept.push_back(std::move(entry));
-        }
-        entries_ = std::move(kept);
-        next_ = next;
-        has_written_ = false;
-    }
+    void go_on_from(double time);
 
     /// Writes the next state, then the list of states. Returns the path of the state's file. If the state or the list
     /// cannot be written, the earlier states stay complete and in the list, and the next call of write() uses the same
@@ -74,48 +48,13 @@ public:
     /// \throws io_error         if the state or the list cannot be written, or if a state of an older series cannot be
     ///                          removed
     template <state_scalar S>
-    std::filesystem::path write(const State<S>& state) {
-        return write_with(state.time, [&](const std::filesystem::path& file, const StateOptions& options) {
-            write_state(file, state, options);
-        });
-    }
+    std::filesystem::path write(const State<S>& state);
 
     /// Like write(), for a state that somebody else writes. \see mpi::StateSeries
     /// \param time  time of the state [s]
     /// \param put   put(path, options) writes the state, in the manner of write_state()
-    template <class Put>
-    std::filesystem::path write_with(double time, const Put& put) {
-        const std::string file = detail::series_member(name_, next_);
-        std::vector<std::string> before;
-        if (!has_written_) before = detail::series_members_on_disk(path(), name_);
-        std::error_code unknown;
-        const bool is_there = std::filesystem::exists(directory_ / file, unknown);
-        StateOptions options = options_;
-        if (options.complete_every > 0 && next_ % options.complete_every == 0) options.fields.clear();
-        put(directory_ / file, std::as_const(options));
-        entries_.push_back({file, time});
-        try {
-            write_series(path(), entries_);
-        } catch (...) {
-            entries_.pop_back();
-            std::error_code ignored;
-            // A file that existed before this call is kept.
-            if (!is_there) std::filesystem::remove(directory_ / file, ignored);
-            throw;
-        }
-        ++next_;
-        has_written_ = true;
-        for (const auto& stale : before) {
-            if (std::ranges::any_of(entries_, [&](const SeriesEntry& entry) { return entry.file == stale; })) continue;
-            std::error_code failure;
-            std::filesystem::remove(directory_ / stale, failure);
-            if (failure) {
-                throw io_error(sentence("The state ", directory_ / stale,
-                                        " of an older series cannot be removed: ", failure.message(), "."));
-            }
-        }
-        return directory_ / file;
-    }
+    std::filesystem::path write_with(double time,
+                                     const std::function<void(const std::filesystem::path&, const StateOptions&)>& put);
 
     /// Returns the path of the list of states, NAME.hdf.series.
     std::filesystem::path path() const { return directory_ / (name_ + ".hdf.series"); }
@@ -134,3 +73,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES_OF_STATES
+#include <firn/io/state_series-inl.hpp>
+#endif

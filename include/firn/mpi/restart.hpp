@@ -1,7 +1,7 @@
 /// \file Restores a simulation on many ranks from a state, whatever number of ranks wrote it.
 #pragma once
 
-#include <firn/io/restart.hpp>
+#include <firn/io/restart-inl.hpp>
 #include <firn/mpi/distributed.hpp>
 #include <firn/mpi/state_reader.hpp>
 

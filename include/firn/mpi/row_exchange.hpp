@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
-#include <firn/io/state_reader.hpp>
+#include <firn/io/state_reader-inl.hpp>
 #include <firn/mpi/communicator.hpp>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/curve.hpp>
-#include <firn/io/state_reader.hpp>
+#include <firn/io/state_reader-inl.hpp>
 #include <firn/mpi/state_writer.hpp>
 
 #include <algorithm>

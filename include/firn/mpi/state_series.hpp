@@ -1,7 +1,7 @@
 /// \file Writes the states of a run on many ranks as a series of files, and a list of these files.
 #pragma once
 
-#include <firn/io/state_series.hpp>
+#include <firn/io/state_series-inl.hpp>
 #include <firn/mpi/state_writer.hpp>
 
 #include <cstddef>

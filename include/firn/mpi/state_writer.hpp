@@ -8,7 +8,7 @@
 #pragma once
 
 #include <firn/io/hash_stream.hpp>
-#include <firn/io/state_writer.hpp>
+#include <firn/io/state_writer-inl.hpp>
 #include <firn/mpi/row_exchange.hpp>
 #include <firn/mpi/shared_file.hpp>
 

@@ -90,46 +90,11 @@ template <std::floating_point S, int D, class Acceleration>
                     " s: look for a load, a velocity, a state set by hand or a stiffness that is too large.");
 }
 
-/// Finds the particle with the largest signal speed, which sets the bound of the time step.
-struct FastestParticle final : FactsReader {
-    [[gnu::cold]] void see(ParticleFacts& one) override {
-        if (one.signal_speed <= fastest_) return;  // a speed of NaN counts as the fastest
-        fastest_ = one.signal_speed;
-        facts_ = std::move(one);
-    }
-    /// Returns sentences about the fastest particle and the likely cause of its speed; an empty string if there are no
-    /// particles.
-    /// \param at_least  if no particle is as fast as this [m/s], the result is empty
-    [[gnu::cold]] std::string text(double at_least) const {
-        if (fastest_ < 0 || fastest_ < at_least) return {};
-        std::string text = sentence("It is set by ", facts_.text(), ": its speed and that of waves in it add up to ",
-                                    fastest_, " m/s. ");
-        const double sound = facts_.undeformed_speed;
-        if (sound > 0 && fastest_ > 10 * sound)
-            text += sentence(
-                "Waves in the material travel at ", sound, " m/s while it is not deformed. ",
-                facts_.speed() > sound ? "Matter that collides faster than that" : "Matter that is deformed so far",
-                " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
-                "more particles a cell, or a fixed_time_step far below the bound at the start.");
-        else
-            text += "Look for a load, a velocity, a force between particles or a stiffness that is too large.";
-        return text;
-    }
-
-private:
-    double fastest_ = -1;
-    ParticleFacts facts_;
-};
-
-/// Returns sentences about the particle with the largest signal speed of all sets. \see FastestParticle
+/// Returns sentences about the particle with the largest signal speed of all sets.
 /// \param sets  the particles of these sets must be sorted into blocks
 /// \param at_least  if no particle is as fast as this [m/s], the result is empty
 template <std::floating_point S, int D>
-[[gnu::cold]] std::string fastest_particle(SetList<S, D>& sets, double at_least) {
-    FastestParticle fastest;
-    for (SetOf<S, D>& set : sets) set.read_facts(0, fastest);
-    return fastest.text(at_least);
-}
+std::string fastest_particle(SetList<S, D>& sets, double at_least);
 
 /// Throws a particle_error about particles that have a value that is not finite, or that have left the domain. The
 /// message describes such particles of the first set that has any.
@@ -137,16 +102,10 @@ template <std::floating_point S, int D>
 /// \param dt     time step that moved the particles [s]; 0 if no step moved them, but the program set their values
 template <std::floating_point S, int D>
 [[noreturn, gnu::cold]] void throw_wrong_particles(SetList<S, D>& sets, const std::string& when, double dt,
-                                                   const std::string& cause) {
-    std::string text = "a particle is not finite, or has left the domain.";
-    for (SetOf<S, D>& set : sets) {
-        const WrongParticles wrong =
-            wrong_particles(set.partition.particles, [&](FactsReader& reader) { set.read_facts(dt, reader); });
-        if (wrong.count == 0) continue;
-        text = (sets.size() > 1 ? sentence("of the material ", set.name_of_material(), ", ") : "") + wrong.text();
-        break;
-    }
-    throw particle_error(when + text + " " + cause);
-}
+                                                   const std::string& cause);
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/simulation/blow_up-inl.hpp>
+#endif

@@ -119,75 +119,24 @@ public:
     }
 
     /// \throws parameter_error  if the force has springs that may tear; on the grid, springs do not tear
-    AnyForce<S, D>& add(const Body& body, AnyForce<S, D> force) {
-        if (force.may_tear())
-            throw parameter_error(
-                "Springs between particles of a grid do not tear. Give them no tear factor, or use a ParticleSystem.");
-        const auto is_of = [&](const JoinedPoints<S, D>& points) {
-            return points.body().first == body.first && points.body().count == body.count;
-        };
-        const auto of = std::size_t(std::find_if(points_.begin(), points_.end(), is_of) - points_.begin());
-        if (of == points_.size()) points_.emplace_back(body);
-        forces_.push_back({of, std::move(force)});
-        return forces_.back().between;
-    }
+    AnyForce<S, D>& add(const Body& body, AnyForce<S, D> force);
 
     /// Returns the largest stable time step for these forces [s]. Reads the points from the particles first, because
     /// the particles have moved since the last step.
-    double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
-        read(particles, threads);
-        double bound = std::numeric_limits<double>::infinity();
-        for (BodyForce<S, D>& force : forces_) {
-            const double step =
-                detail::largest_step<S, D>(std::span(&force.between, 1), points_[force.points].view(time), threads);
-            force.limits_step = std::isfinite(step);
-            bound = std::min(bound, step);
-        }
-        return bound;
-    }
+    double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override;
 
-    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override {
-        if (!is_read_) static_cast<void>(largest_step(particles, time, threads));
-        double most = 0;
-        for (BodyForce<S, D>& force : forces_) {
-            if (force.limits_step) continue;
-            const PointView<S, D> points = points_[force.points].view(time);
-            add_up(force, time, threads);
-            for (std::size_t i = 0; i < points.size(); ++i)
-                if (const double a = norm(cast<double>(sum_[i])) / double(points.mass[i]); std::isfinite(a))
-                    most = std::max(most, a);
-        }
-        return most;
-    }
+    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override;
 
     void forget() override { is_read_ = false; }
 
     /// Applies the forces one after the other, in the order in which they were added. Each force acts on velocities
     /// that the previous forces have already changed.
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads, const SumsOfSet<D>&) override {
-        if (!is_read_) read(particles, threads);
-        for (BodyForce<S, D>& force : forces_) {
-            add_up(force, now.time, threads);
-            LowestId wrong;
-            points_[force.points].push(particles, sum_, dt, wrong, threads);
-            wrong.refuse("a force between particles", now, dt);
-        }
-        forget();
-    }
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads, const SumsOfSet<D>&) override;
 
 private:
     /// Computes the forces on the points of a body force.
-    void add_up(BodyForce<S, D>& force, double time, int threads) {
-        const JoinedPoints<S, D>& points = points_[force.points];
-        renew(sum_, points.size(), threads);
-        fill_chunks(sum_, Vec<S, D>::zero(), threads);
-        force.between.add_forces(points.view(time), sum_, threads);
-    }
-    void read(const ParticleStore<S, D>& particles, int threads) {
-        for (JoinedPoints<S, D>& points : points_) points.read(particles, threads);
-        for (BodyForce<S, D>& force : forces_) force.drop_lost(points_[force.points]);
-        is_read_ = true;
-    }
+    void add_up(BodyForce<S, D>& force, double time, int threads);
+    void read(const ParticleStore<S, D>& particles, int threads);
 
     std::vector<JoinedPoints<S, D>> points_;
     std::vector<BodyForce<S, D>> forces_;
@@ -196,3 +145,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/simulation/body_force-inl.hpp>
+#endif

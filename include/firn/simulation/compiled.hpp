@@ -2,6 +2,9 @@
 #pragma once
 
 #include <firn/simulation.hpp>
+#ifdef FIRN_COMPILED
+#include <firn/sort/partition.hpp>
+#endif
 
 namespace firn::inline FIRN_BUILD {
 
@@ -45,6 +48,9 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<S>&, const Domain<D>&,           \
                                                               const KernelFacts&, int, std::byte*);                    \
     where template BlockPartition<D> sort_particles(const KernelFacts&, ParticleStore<S, D>&, int);                    \
+    where template std::string detail::overlapping_bodies(const SetList<S, D>&);                                       \
+    where template void detail::for_particles(                                                                         \
+        const SetList<S, D>&, const std::type_identity_t<std::function<void(const detail::ParticleOfBody<D>&)>>&);     \
     where template double detail::StepBound::find(const detail::StepInputs<S, D>&, double, double);                    \
     where template void detail::Warnings::of_start(const SetList<S, D>&, const Domain<D>&, const Walls<S, D>&, bool,   \
                                                    const detail::Warnings::Warn&, const RanksOf<S, D>&);               \
@@ -56,6 +62,8 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     }
 #define FIRN_SHAPES(where, D)                                                                                    \
     namespace firn {                                                                                             \
+    where template void detail::Warnings::of_spacing(const Samples<D>&, const Domain<D>&,                        \
+                                                     const detail::Warnings::Warn&, bool);                       \
     where template class BlockSort<D>;                                                                           \
     where template BlockPartition<D> arrange(const std::vector<BlockRange<D>>&, int, int);                       \
     where template Samples<D> sample_box(const Vec<double, D>&, const Vec<double, D>&, const SamplingOptions&);  \

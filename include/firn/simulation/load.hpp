@@ -31,69 +31,16 @@ class Loads final : public Push<S, D> {
 public:
     std::unique_ptr<Push<S, D>> copy() const override { return std::make_unique<Loads>(*this); }
     /// Returns the number of the load.
-    std::uint32_t add(Load<D> load) {
-        loads_.push_back(std::move(load));
-        numbers_.push_back(next_);
-        forget();
-        return next_++;
-    }
+    std::uint32_t add(Load<D> load);
     /// Removes a load. Returns whether there was one with this number.
-    bool remove(std::uint32_t number) {
-        const auto found = std::ranges::find(numbers_, number);
-        if (found == numbers_.end()) return false;
-        loads_.erase(loads_.begin() + (found - numbers_.begin()));
-        numbers_.erase(found);
-        forget();
-        return true;
-    }
+    bool remove(std::uint32_t number);
 
     /// Keeps the forces for the push() that follows, if there is only one load.
-    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override {
-        are_known_ = loads_.size() == 1;
-        if (are_known_) renew(known_, particles.slots(), threads);
-        struct alignas(64) OfThread {
-            double largest = 0;
-        };
-        std::vector<OfThread> all{std::size_t(thread_count(threads))};
-        for_particles(particles, threads, [&](std::size_t slot, int thread) {
-            Vec<double, D> sum{};
-            for (const Load<D>& load : loads_)
-                if (load.body.holds(particles.id(slot))) sum += load.force(particles.exact_position(slot), time);
-            if (are_known_) known_[slot] = sum;
-            double& largest = all[std::size_t(thread)].largest;
-            const double acceleration = norm(sum) / double(particles.mass(slot));
-            if (std::isfinite(acceleration)) largest = std::max(largest, acceleration);
-        });
-        double largest = 0;
-        for (const OfThread& of_thread : all) largest = std::max(largest, of_thread.largest);
-        return largest;
-    }
+    double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override;
     void forget() override { are_known_ = false; }
 
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
-              const SumsOfSet<D>& sums) override {
-        for (std::size_t k = 0; k < loads_.size(); ++k) {
-            LowestId wrong;
-            const auto push_all = [&](const auto& seen) {
-                for_particles(particles, threads, [&](std::size_t slot, int thread) {
-                    if (!loads_[k].body.holds(particles.id(slot))) return;
-                    const Vec<double, D> force =
-                        are_known_ ? known_[slot] : loads_[k].force(particles.exact_position(slot), now.time);
-                    const Vec<S, D> before = particles.velocity(slot);
-                    const Vec<S, D> after = before + cast<S>(force * (dt / double(particles.mass(slot))));
-                    particles.set_velocity(slot, after);
-                    if (!is_finite(after)) wrong.see(particles.id(slot));
-                    seen(slot, before, after, thread);
-                });
-            };
-            if (sums.all)
-                add_up(particles, LoadId{sums.material, numbers_[k]}, threads, sums, push_all);
-            else
-                push_all([](auto&&...) {});
-            wrong.refuse("a load", now, dt);
-        }
-        forget();
-    }
+              const SumsOfSet<D>& sums) override;
 
 private:
     /// Adds up what push_all(seen) does to particles: the changes of their momenta, m Δv.
@@ -137,3 +84,7 @@ private:
 }  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/simulation/load-inl.hpp>
+#endif

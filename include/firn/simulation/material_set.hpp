@@ -95,7 +95,7 @@ public:
     /// Makes a set without particles.
     MaterialSet(const Material& model, const Domain<D>& domain) : material(model), particles(domain) {}
 
-    std::unique_ptr<SetOf<S, D>> copy() const override { return std::make_unique<MaterialSet>(*this); }
+    [[gnu::cold]] std::unique_ptr<SetOf<S, D>> copy() const override { return std::make_unique<MaterialSet>(*this); }
     ParticleStore<S, D>& store() override { return particles; }
     std::string_view name_of_material() const override { return name_of<Material>(); }
     void start_state(std::size_t slot) override { particles.set_state(slot, initial_state<D>(material)); }
@@ -103,7 +103,7 @@ public:
         return detail::update_stress_pass(Coloured{threads}, particles.view(), this->partition, material,
                                           particles.domain().cell_size);
     }
-    void read_facts(double dt, detail::FactsReader& reader) override {
+    [[gnu::cold]] void read_facts(double dt, detail::FactsReader& reader) override {
         const Domain<D>& domain = particles.domain();
         detail::read_facts(particles.view(), this->partition, &domain, domain.cell_size, material, dt, reader);
     }
@@ -125,13 +125,6 @@ public:
     void restore(MaterialSet&& stored, const Moment& moment) {
         this->hand_over(stored, moment);
         *this = std::move(stored);
-    }
-
-    using SetOf<S, D>::add;
-    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
-        static_assert(std::same_as<Material, NoStress<S>>,
-                      "firn: the points of a net carry mass only; add them to the material NoStress.");
-        return SetOf<S, D>::add(net, masses, velocity, threads);
     }
 
     /// Calls change(position [m], state) for each particle of the body. `change` may modify `state`. The next step

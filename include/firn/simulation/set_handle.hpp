@@ -109,6 +109,9 @@ public:
     /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
+        using Material = std::remove_cvref_t<decltype(material())>;
+        static_assert(std::same_as<Material, NoStress<material_scalar_t<Material>>>,
+                      "firn: the points of a net carry mass only; add them to the material NoStress.");
         require_one_rank();
         return self().mine().add(net, masses, velocity, self().simulation().workers());
     }

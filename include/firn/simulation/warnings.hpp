@@ -11,12 +11,10 @@
 #include <firn/data/samples.hpp>
 #include <firn/field/gravity.hpp>
 #include <firn/simulation/body.hpp>
-#include <firn/simulation/fracture.hpp>
 #include <firn/simulation/set_of.hpp>
 #include <firn/simulation/slow_strain.hpp>
 #include <firn/simulation/solid_warnings.hpp>
 #include <firn/simulation/walls_between_nodes.hpp>
-#include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -31,17 +29,6 @@ namespace firn::inline FIRN_BUILD::detail {
 template <int D>
 std::string text_of(const Vec<double, D>& x) {
     return point_text(x.v, D);
-}
-
-/// Returns a sentence if samples are further apart than the cell size; otherwise an empty string.
-template <int D>
-std::string wide_spacing(const Samples<D>& samples, double cell_size) {
-    const double spacing = std::pow(samples.volume, 1.0 / D);
-    if (!(spacing > cell_size * (1 + 1e-9)) || samples.positions.size() < 2) return {};
-    return sentence("the particles of a body lie ", spacing, " m apart, further than a cell of ", cell_size,
-                    " m: empty cells divide it, and it falls to pieces. Sample it with the spacing "
-                    "particle_spacing<",
-                    D, ">(cell_size, ", 1 << D, ") = ", particle_spacing<D>(cell_size, 1 << D), " m.");
 }
 
 /// Returns a sentence if the boundary has walls that do not coincide with the faces of the domain; otherwise an empty
@@ -98,20 +85,7 @@ struct ParticleOfBody {
 /// Calls see(particle) for every particle of every body.
 template <std::floating_point S, int D>
 [[gnu::cold]] void for_particles(const SetList<S, D>& sets,
-                                 const std::type_identity_t<std::function<void(const ParticleOfBody<D>&)>>& see) {
-    std::size_t first = 0;
-    for (const SetOf<S, D>& set : sets) {
-        const ParticleStore<S, D>& particles = set.store();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot)) continue;
-            const std::uint32_t id = particles.id(slot);
-            const std::size_t b = set.body_of(id);
-            if (b < set.bodies.size())
-                see({first + b, id, double(particles.volume(slot)), particles.exact_position(slot)});
-        }
-        first += set.bodies.size();
-    }
-}
+                                 const std::type_identity_t<std::function<void(const ParticleOfBody<D>&)>>& see);
 
 /// Returns a sentence if particles lie inside a solid of the boundary, deeper than a tenth of a cell; otherwise an
 /// empty string.
@@ -144,96 +118,9 @@ template <std::floating_point S, int D, class Boundary>
     }
 }
 
-/// A body with its bounding box and the positions of its particles, to find out whether it overlaps other bodies.
-template <int D>
-struct BodyPoints {
-    std::size_t material;
-    Body body;
-    double spacing = 0;  ///< distance between the body's particles [m]
-    Vec<double, D> lower = Vec<double, D>::filled(std::numeric_limits<double>::infinity());
-    Vec<double, D> upper = Vec<double, D>::filled(-std::numeric_limits<double>::infinity());
-    bool has_neighbours = false;
-    std::vector<Vec<double, D>> points{};  ///< positions of the body's particles [m]; empty if !has_neighbours
-
-    bool meets(const BodyPoints& other) const {
-        bool meets = spacing > 0 && other.spacing > 0;
-        for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
-        return meets;
-    }
-    double edge() const { return 4 * spacing; }  ///< edge length of the cubes of cubes_filled_by() [m]
-
-    /// Divides this body's bounding box into cubes of edge length edge(). Returns the keys (block_key) of those cubes
-    /// that the points of the other body (`of`) fill to at least 60 %, in ascending order.
-    [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
-        RadixSort<std::uint64_t> cubes;
-        for (const Vec<double, D>& x : of.points) {
-            BlockCoordinate<D> cube{};
-            bool within = true;
-            for (int a = 0; a < D; ++a) {
-                within = within && x[a] >= lower[a] - spacing / 2 && x[a] <= upper[a] + spacing / 2;
-                if (within) cube[std::size_t(a)] = int((x[a] - lower[a]) / edge() + 0.125);
-            }
-            if (within) cubes.items.push_back({block_key<D>(cube), 0});
-        }
-        cubes.sort();
-        const double needed = 0.6 * std::pow(edge() / of.spacing, D);
-        std::vector<std::uint64_t> filled;
-        for (std::size_t i = 0, next = 0; i < cubes.items.size(); i = next) {
-            while (next < cubes.items.size() && cubes.items[next].key == cubes.items[i].key) ++next;
-            if (double(next - i) >= needed) filled.push_back(cubes.items[i].key);
-        }
-        return filled;
-    }
-    /// Returns whether there is a cube in this body's bounding box that both bodies fill. Bodies that only touch do not
-    /// fill a common cube. \see cubes_filled_by
-    /// \param where  receives a position in the first such cube [m]; unchanged if there is no such cube
-    bool overlaps(const BodyPoints& other, Vec<double, D>& where) const {
-        const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
-        for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
-            if (mine[i] == its[j]) {
-                const BlockCoordinate<D> cube = block_of_key<D>(mine[i]);
-                for (int a = 0; a < D; ++a) where[a] = lower[a] + (double(cube[std::size_t(a)]) + 0.375) * edge();
-                return true;
-            }
-        return false;
-    }
-    std::string name() const {
-        return sentence("that of the particles ", body.first, " to ", body.first + (body.count - 1), " of material ",
-                        material);
-    }
-};
-
 /// Returns a sentence about the first two bodies that overlap; an empty string if no bodies overlap.
 template <std::floating_point S, int D>
-[[gnu::cold]] std::string overlapping_bodies(const SetList<S, D>& sets) {
-    std::vector<BodyPoints<D>> all;
-    for (std::size_t material = 0; material < sets.size(); ++material)
-        for (const Body& body : sets[material].bodies) all.push_back({material, body});
-    for_particles(sets, [&](const ParticleOfBody<D>& one) {
-        BodyPoints<D>& body = all[one.body];
-        body.spacing = std::pow(one.volume, 1.0 / D);
-        for (int a = 0; a < D; ++a) {
-            body.lower[a] = std::min(body.lower[a], one.x[a]);
-            body.upper[a] = std::max(body.upper[a], one.x[a]);
-        }
-    });
-    bool meet = false;
-    for (std::size_t i = 0; i < all.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (all[i].meets(all[j])) meet = all[i].has_neighbours = all[j].has_neighbours = true;
-    if (!meet) return {};
-    for_particles(sets, [&](const ParticleOfBody<D>& one) {
-        if (all[one.body].has_neighbours) all[one.body].points.push_back(one.x);
-    });
-    for (std::size_t i = 0; i < all.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (Vec<double, D> where{}; all[i].meets(all[j]) && all[i].overlaps(all[j], where))
-                return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ",
-                                all[i].name(),
-                                ": the place holds matter twice, which will burst apart. Move one of them, or leave "
-                                "out the positions that lie in both.");
-    return {};
-}
+[[gnu::cold]] std::string overlapping_bodies(const SetList<S, D>& sets);
 
 /// Returns whether every face of the domain has a wall. The faces of periodic axes need no wall.
 template <class Boundary, int D>
@@ -250,26 +137,6 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
         has = has_all_walls(boundary.boundary, domain);
     }
     return has;
-}
-
-/// Returns a sentence about the first particle that has reached a face of the domain; an empty string if there is no
-/// such particle. Faces of periodic axes do not count.
-template <std::floating_point S, int D>
-[[gnu::cold]] std::string matter_at_the_end(const SetList<S, D>& sets, const Domain<D>& domain) {
-    std::string text;
-    const double near = 1e-3 * domain.cell_size;
-    for_particles(sets, [&](const ParticleOfBody<D>& one) {
-        bool outside = false;
-        for (int a = 0; a < D; ++a)
-            outside = outside || (!domain.periodic[std::size_t(a)] &&
-                                  !(one.x[a] > domain.lower[a] + near && one.x[a] < domain.upper[a] - near));
-        if (outside && text.empty())
-            text = sentence("particle ", one.id, " has come to the end of the domain, at ", text_of(one.x),
-                            " m, where the boundary holds nothing: it stays there and gathers momentum. A boundary "
-                            "that you give replaces the default walls; to have both, give "
-                            "firn::Together(firn::Walls<…>::all(…), …). To let matter leave, add a sink.");
-    });
-    return text;
 }
 
 /// Whether a field with a gravity of its own is nothing but gravity, so that its gravity is meant as it is.
@@ -304,27 +171,12 @@ public:
     /// Returns a warning if the bound of the time step [s] has fallen below 1/1000 of its largest value, or is below
     /// 10⁻⁶ s; otherwise an empty string.
     /// \param reason  a function without arguments that returns a sentence about what limits the time step
-    std::string of_bound(double bound, std::uint64_t step, double time, const std::function<std::string()>& reason) {
-        largest_ = std::max(largest_, bound);
-        if (bound >= 1e-6 && bound >= 1e-3 * largest_) return {};
-        return of_small_bound(bound, step, time, reason);
-    }
+    std::string of_bound(double bound, std::uint64_t step, double time, const std::function<std::string()>& reason);
 
     /// Returns a warning if the fixed time step [s] is above the bound [s], and their ratio has grown by at least a
     /// fifth since the last warning; otherwise an empty string.
     /// \param by_acceleration  whether an acceleration sets the bound
-    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, bool warns) {
-        const double ratio = fixed / bound;
-        if (ratio < 1.2 * said_ratio_ || std::isinf(said_ratio_)) return {};
-        said_ratio_ = ratio;
-        if (!warns) return {};
-        const char* const outcome =
-            by_acceleration ? ", which is set by gravity or another acceleration; matter falls too far in a step, and "
-                              "may pass what it should meet."
-                            : "; the simulation may become unstable.";
-        return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
-                        step, outcome);
-    }
+    std::string of_step(double fixed, double bound, bool by_acceleration, std::uint64_t step, bool warns);
     /// Returns a warning if matter has reached a face of the domain, and not all faces have walls, if matter that bears
     /// tension is stretched farther than the kernel joins its particles (both are looked for every 32nd step only), or
     /// that of SlowStrain::look(); otherwise an empty string.
@@ -333,28 +185,12 @@ public:
     /// \param tells_strain     whether the transfer is affine
     template <std::floating_point S, int D>
     std::string of_matter(SetList<S, D>& sets, const Domain<D>& domain, const KernelFacts& kernel, bool has_all_walls,
-                          bool tells_strain, const Moment& now, int threads, const RanksOf<S, D>& ranks) {
-        std::string text;
-        if (now.steps % 32 == 0 && !end_said_ && !has_all_walls) {
-            text = ranks.text_of_first(matter_at_the_end(sets, domain));
-            end_said_ = !text.empty();
-        }
-        if (now.steps % 32 == 0 && text.empty() && !stretch_said_) {
-            text = ranks.text_of_first(too_far_stretched(sets, kernel, threads));
-            stretch_said_ = !text.empty();
-        }
-        return text.empty() ? slow_strain_.look(sets, now, tells_strain, ranks) : text;
-    }
+                          bool tells_strain, const Moment& now, int threads, const RanksOf<S, D>& ranks);
     /// Gives a warning if the samples of a new body are further apart than the cell size.
     /// \param warn  a function that receives the warning; may be empty
     /// \param speaks  whether this process gives warnings
     template <int D>
-    void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn, bool speaks) {
-        if (!warn || spacing_said_) return;
-        const std::string text = wide_spacing(samples, domain.cell_size);
-        spacing_said_ = !text.empty();
-        if (!text.empty() && speaks) warn(text);
-    }
+    void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn, bool speaks);
     /// Gives a warning if an acceleration field takes the place of the simulation's gravity, and has none.
     /// \param speaks  whether this process gives warnings
     template <int D, class Acceleration>
@@ -383,19 +219,7 @@ public:
 
 private:
     [[gnu::cold]] std::string of_small_bound(double bound, std::uint64_t step, double time,
-                                             const std::function<std::string()>& reason) {
-        const bool fallen = bound < 1e-3 * largest_, small = bound < 1e-6;
-        if ((!fallen || fallen_said_) && (!small || small_said_)) return {};
-        std::string text = sentence("at step ", step, ", at ", time, " s, the bound of the time step ");
-        if (fallen && !fallen_said_)
-            text += sentence("has fallen to ", bound, " s, from ", largest_, " s: the run may be blowing up. ");
-        else
-            text += sentence("is ", bound, " s: a second takes ", 1 / bound,
-                             " steps of that size. A softer material or larger cells allow larger ones. ");
-        fallen_said_ = fallen_said_ || fallen;
-        small_said_ = true;
-        return text + reason();
-    }
+                                             const std::function<std::string()>& reason);
 
     double largest_ = 0, said_ratio_ = 1 / 1.2;
     SlowStrain slow_strain_;
@@ -404,3 +228,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/simulation/warnings-inl.hpp>
+#endif

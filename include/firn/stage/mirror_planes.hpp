@@ -50,22 +50,8 @@ namespace detail {
 /// Checks a mirrored wall, and adds it to the list of walls.
 /// \param on_grid    position of the wall, counted in cells from the domain's lower corner
 /// \param tolerance  largest rounding error of this position [cells]
-[[gnu::cold]] inline void add_mirror(std::vector<MirrorPlane>& planes, const MirrorPlane& plane, double on_grid,
-                                     double tolerance, double position, double cell_size) {
-    if (!(std::abs(on_grid - plane.node) <= tolerance))
-        throw parameter_error(sentence(
-            "The wall at ", position, " m along axis ", plane.axis, " lies ", on_grid,
-            " cells above the lower end of the domain, on no plane of nodes. A mirrored wall must lie on one: move it, "
-            "choose cells that divide the domain (now ",
-            cell_size, " m), or set nodes_behind to NodesBehind::held."));
-    for (const MirrorPlane& other : planes)
-        if (other.part == plane.part && other.axis == plane.axis && std::abs(other.node - plane.node) < 3)
-            throw parameter_error(sentence("Two mirrored walls across axis ", plane.axis, " are ",
-                                           std::abs(other.node - plane.node),
-                                           " cells apart; at least 3 are needed. Take smaller cells, or set "
-                                           "nodes_behind to NodesBehind::held."));
-    planes.push_back(plane);
-}
+[[gnu::cold]] void add_mirror(std::vector<MirrorPlane>& planes, const MirrorPlane& plane, double on_grid,
+                              double tolerance, double position, double cell_size);
 
 }  // namespace detail
 
@@ -88,3 +74,7 @@ Mirrors mirrors_of(const Boundary& boundary, const Domain<D>& domain) {
 }
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/stage/mirror_planes-inl.hpp>
+#endif

@@ -49,8 +49,9 @@ namespace firn::inline FIRN_BUILD {
 /// are moved up gain potential energy. Water in a lattice that fills its room is not moved. With `shifting` = 0.07, the
 /// depth after 20 s is right within 3 % (walls that hold nodes or mirror, 2 × 2 or 4 × 4 particles a cell, h = 1/32 m,
 /// K = 100 kPa). Between walls that hold nodes, still water with h = 1/64 m loses 8 %; with mirrored walls 1 %, with
-/// `shifting` = 1 2 to 4 %. Waves last longer where no volume is lost. With WeightGradientForce, shifting brings noise to
-/// still water: the pressure beside mirrored walls scatters by 2.7 % of ρ g H after 4 s, and by 0.3 % with `shifting` = 0.
+/// `shifting` = 1 2 to 4 %. Waves last longer where no volume is lost. With WeightGradientForce, shifting brings noise
+/// to still water: the pressure beside mirrored walls scatters by 2.7 % of ρ g H after 4 s, and by 0.3 % with
+/// `shifting` = 0.
 ///
 /// A step costs 1.13 times as much with the default interval, and 1.22 times for materials that store J.
 ///
