@@ -9,21 +9,14 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
-#include <firn/exec/contact.hpp>
-#include <firn/exec/g2p.hpp>
-#include <firn/exec/gap_contact.hpp>
-#include <firn/exec/grid_update.hpp>
-#include <firn/exec/p2g_fixed_point.hpp>
-#include <firn/exec/p2g_with_velocities.hpp>
-#include <firn/exec/shifting.hpp>
 #include <firn/exec/totals.hpp>
-#include <firn/exec/volume_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/acceleration.hpp>
 #include <firn/simulation/material_set.hpp>
+#include <firn/simulation/passes.hpp>
 #include <firn/simulation/policies.hpp>
 #include <firn/simulation/run_of.hpp>
 #include <firn/simulation/set_handle.hpp>
@@ -83,6 +76,8 @@ class Simulation
     friend class SetAccess;
     template <class, std::size_t>
     friend class SetHandle;
+    using Passes = detail::PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
+    friend Passes;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -120,6 +115,7 @@ public:
                const std::type_identity_t<Boundary>& walls)
         : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
         for_materials([](const auto& set) { check_material<D>(set.material); });
+        this->passes_ = Passes::list();
         this->speaks_ = ranks().speaks();
     }
 
@@ -265,6 +261,24 @@ public:
                        std::numeric_limits<std::uint64_t>::max());
     }
 
+    /// Adds a pass to every following step: a function of the program that acts behind the pass of the name `after`.
+    ///
+    ///     simulation.add_pass("probe", "grid update", [](auto& simulation, const auto& now) { … });
+    ///
+    /// A copy of the simulation has the pass, too. \see RunOf::passes
+    /// \param act   act(simulation, now) gets the simulation and the present step (StepNow), and may change both
+    /// \param kind  what the pass works on;  \param reads, writes  what it reads and writes
+    /// \throws parameter_error  if a pass has this name already, if there is no pass `after`, or if the pass reads what
+    ///                          no pass before it writes
+    template <class Act>
+    void add_pass(const std::string& name, std::string_view after, Act act, PassKind kind = PassKind::run,
+                  Data reads = Data::none, Data writes = Data::none) {
+        this->passes_.add(
+            {name, kind, reads, writes, false,
+             [act = std::move(act)](Run& run, StepNow<S, D>& now) { act(static_cast<Simulation&>(run), now); }},
+            after);
+    }
+
     /// Replaces the particles of a material by stored ones, and sets the time and the number of steps taken to those of
     /// `moment`. In a simulation with several materials, call restore() once for each material.
     ///
@@ -369,6 +383,7 @@ private:
                            largest);
     }
 
+    /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         const auto all_ranks = ranks();
@@ -376,112 +391,21 @@ private:
         if constexpr (requires { transfer.check(); }) transfer.check();
         if constexpr (requires { contact.check(); }) contact.check();
         if constexpr (boundary_fits) static_cast<void>(lift<native_pack<S>>(boundary));  // checks it before any change
-        const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
-        all_ranks.use_mirrors(mirrors.planes);
-        if (this->begin_step(all_ranks, workers())) activate();
-        this->push(dt, all_ranks, workers());
-        if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
-        double largest = 0;
-        if constexpr (acts_by_gap<Boundary>) {
-            largest = update_by_gap(dt, acceleration);
-        } else {
-            scatter(dt, [&](auto sets) { make_grid(dt, mirrors, sets); });
-            if constexpr (boundary_fits)
-                largest = grid_update(execution, grid_, dt, acceleration, boundary, mirrors,
-                                      reactions ? &*reactions : nullptr);
-        }
-        bool right = true;
-        this->spoil();  // particles cannot be used before G2P has moved them all
-        std::size_t k = 0;
-        for_materials([&](auto& set) {
-            if constexpr (Volume::averages_volume)
-                scatter(dt, [&](auto sets) {
-                    average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, k, sets);
-                });
-            const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
-                execution, set.particles.view(), set.partition, grid_, set.material, dt, transfer);
-            set.report = pass.report;
-            right = right && pass.right;
-            if constexpr (Volume::averages_volume) restore_masses<Transfer>(execution, grid_);
-            ++k;
-        });
-        this->end_g2p(
-            dt, right, largest, [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); }, all_ranks);
-        bound_.field_at_nodes = detail::is_uniform<Acceleration> ? -1 : largest;
-        boundary = advanced(boundary, dt);
-        this->end_step(all_ranks, workers());
+        StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, domain())};
+        all_ranks.use_mirrors(now.mirrors.planes);
+        now.is_uniform = detail::is_uniform<Acceleration>;
+        now.update_grid = [&] { return update_grid(now, acceleration); };
+        now.likely_cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
+        this->take_passes(now);
     }
-
-    /// Does and returns what make_grid() and grid_update() do, where the boundary acts by the gap of particles.
     template <class Acceleration>
-    double update_by_gap(double dt, const Acceleration& acceleration)
-        requires(acts_by_gap<Boundary> && boundary_fits)
-    {
-        double largest = 0;
-        scatter(dt, [&](auto sets) {
-            const auto mirrors = mirrors_by_gap<Kernel>(execution, grid_, boundary, dt, gap_memory_, sets);
-            make_grid(dt, mirrors, sets);
-            largest = grid_update(execution, grid_, dt, acceleration, NoBoundary{});
-            act_by_gap<Kernel>(execution, grid_, boundary, dt, mirrors, gap_memory_, reactions ? &*reactions : nullptr,
-                               sets);
-        });
-        return largest;
-    }
-    void filter_all_volumes(double dt, const Mirrors& mirrors)
-        requires filters_volume<Volume>
-    {
-        volume.check();
-        if (!volume.is_due(now_.steps)) return;
-        const S crossed = S(dt / domain().cell_size) * S(detail::fastest_signal(sets_));
-        std::vector<bool> strays(material_count);
-        scatter(dt, [&](auto sets) {
-            if (const S share = volume.share(crossed); share > 0) {
-                std::size_t k = 0;
-                for_materials([&](auto& set) {
-                    filter_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, share, set.material,
-                                           ParticleSet{set.particles.view(), set.partition}, k++, sets);
-                });
-            }
-            if constexpr (shifts_particles<Volume>) strays = shift_all(crossed, sets);
-        });
-        if (!shifts_particles<Volume> || ranks().sum(std::size_t(std::ranges::count(strays, true))) == 0) return;
-        for (std::size_t k = 0; k < sets_.size(); ++k) this->sort(k, ranks(), workers());
-        activate();
-    }
-    /// Moves particles off overfull nodes. \return for each set, whether it must be sorted
-    std::vector<bool> shift_all(const S& crossed, auto sets)
-        requires shifts_particles<Volume>
-    {
-        const auto copies = [&](auto& grid, int threads) {
-            if constexpr (Law::between_groups) sum_copies(ranks_of(execution), grid, contact_memory_.meetings, threads);
-        };
-        const S share = volume.shifted_share(crossed);
-        std::vector<bool> moves;
-        for_materials([&]<class M>(const MaterialSet<D, M>&) {
-            moves.push_back(has_volume_ratio<material_state_t<with_scalar_t<M, native_pack<S>>, D>>);
-        });
-        if (!(share > 0) || std::ranges::count(moves, true) == 0) return std::vector<bool>(material_count);
-        std::size_t k = 0;
-        for_materials([&]<class M>(MaterialSet<D, M>& set) {
-            find_present_volumes<M>(execution, filter_memory_, k++, ParticleSet{set.particles.view(), set.partition});
-        });
-        return shift_particles<Kernel>(execution, grid_, filter_memory_, boundary, share, copies, moves, sets);
-    }
-    /// Calls body(sets) with what P2G sees of the sets. Adds the step to the message of an overflow_error.
-    void scatter(double dt, const auto& body) {
-        try {
-            const auto sets = this->motions();
-            body(ParticleSets<MotionView<S, D, BlockedSpan<S>>>(sets));
-        } catch (const overflow_error& failure) {
-            detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_.step);
-        }
-    }
-    void make_grid(double dt, const auto& mirrors, auto sets) {
-        p2g_with_velocities<Kernel, Transfer, Force>(execution, grid_, mirrors, dt, sets);
-        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets);
-        if constexpr (Law::between_groups)
-            meet_groups<Kernel>(execution, grid_, contact, dt, mirrors, contact_memory_,
-                                contact_impulses ? &*contact_impulses : nullptr, sets);
+    double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {
+        if constexpr (acts_by_gap<Boundary>)
+            return grid_update(execution, grid_, now.dt, acceleration, NoBoundary{});
+        else if constexpr (boundary_fits)
+            return grid_update(execution, grid_, now.dt, acceleration, boundary, now.mirrors,
+                               reactions ? &*reactions : nullptr);
+        return 0;
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes
@@ -501,7 +425,7 @@ private:
     VolumeMemory<S> volume_memory_;
     FilterMemory<S> filter_memory_;
     [[no_unique_address]] std::conditional_t<Law::between_groups, ContactMemory<Kernel, D>, OneField> contact_memory_;
-    [[no_unique_address]] std::conditional_t<acts_by_gap<Boundary>, GapMemory<Kernel, D>, NoBoundary> gap_memory_;
+    [[no_unique_address]] std::conditional_t<acts_by_gap<Boundary>, GapMemory<Kernel, S, D>, NoBoundary> gap_memory_;
 };
 
 /// Deduces the type of the simulation from its policies, given in any order: `Simulation simulation(domain, material,

@@ -33,7 +33,7 @@ namespace firn::inline FIRN_BUILD {
 
 /// Memory for mirrors_by_gap() and act_by_gap(). Pass the same object in every step, so that memory is not allocated
 /// again.
-template <class Kernel, int D>
+template <class Kernel, std::floating_point S, int D>
 class GapMemory {
 public:
     /// A block of the grid at which a boundary may act.
@@ -47,7 +47,7 @@ public:
 
     /// Finds the blocks at which a boundary may act. As long as they are the same, this does nothing.
     /// \param reaches  a function: reaches(b) returns whether the boundary may act on nodes of block b
-    template <std::floating_point S, class Reaches>
+    template <class Reaches>
     void find_places(const SparseGrid<S, D>& grid, std::span<const BlockPartition<D>* const> partitions, int threads,
                      const Reaches& reaches) {
         if (of_threads.size() < std::size_t(threads)) of_threads.resize(std::size_t(threads));
@@ -67,7 +67,8 @@ public:
     const std::vector<Place>& places() const { return places_; }  ///< The blocks, in the order of the grid.
     NearParticles<Kernel, D>& near() { return near_; }            ///< The particles near these blocks.
 
-    std::vector<std::uint64_t> nodes{};                        ///< For each place, bits of the nodes that take part.
+    MirrorsByGap<S> mirrors{};           ///< The mirrored walls of the present step. \see mirrors_by_gap
+    std::vector<std::uint64_t> nodes{};  ///< For each place, bits of the nodes that take part.
     std::vector<detail::AroundBlock<Kernel, D>> of_threads{};  ///< Memory of each thread.
 
 private:
@@ -114,7 +115,7 @@ std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, con
 /// \param reactions  one Reaction for each part; nullptr if they are not wanted
 template <class Kernel, std::floating_point S, int D, class Boundary>
 void act_on_block(SparseGrid<S, D>& grid, const NearParticles<Kernel, D>& near,
-                  const typename GapMemory<Kernel, D>::Place& place, std::uint64_t nodes, const Boundary& boundary,
+                  const typename GapMemory<Kernel, S, D>::Place& place, std::uint64_t nodes, const Boundary& boundary,
                   double dt, AroundBlock<Kernel, D>& around, Reaction<D>* reactions) {
     if (nodes == 0) return;
     const double h = grid.domain().cell_size;
@@ -141,7 +142,7 @@ void act_on_block(SparseGrid<S, D>& grid, const NearParticles<Kernel, D>& near,
 
 /// Finds the closing speeds of a wall's columns whose middle nodes lie in one block.
 template <class Kernel, std::floating_point S, int D>
-void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory<Kernel, D>::Place& place,
+void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory<Kernel, S, D>::Place& place,
                   const MirrorPlane& plane, double cell_size, double dt, AroundBlock<Kernel, D>& around, S* closing) {
     const int apart = 1 << (2 * (D - 1 - plane.axis));
     auto normal = Vec<double, D>::zero();
@@ -167,7 +168,7 @@ void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory
 /// \throws parameter_error  in the cases of mirrors_of(), or if `dt` is not valid
 template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
 MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D>& grid,
-                               const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, D>& memory,
+                               const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, S, D>& memory,
                                ParticleSets<View> sets) {
     detail::check_step(dt);
     MirrorsByGap<S> mirrors{mirrors_of<Kernel>(boundary, grid.domain())};
@@ -230,7 +231,7 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
 /// \throws parameter_error  if `dt` or a parameter of the boundary is not valid
 template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
 void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary, double dt,
-                const MirrorsByGap<S>& mirrors, GapMemory<Kernel, D>& memory, Reactions<D>* reactions,
+                const MirrorsByGap<S>& mirrors, GapMemory<Kernel, S, D>& memory, Reactions<D>* reactions,
                 ParticleSets<View> sets) {
     detail::check_step(dt);
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);

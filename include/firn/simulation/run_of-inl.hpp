@@ -93,7 +93,7 @@ void RunOf<S, D>::check_time_step(double dt, const Ranks& ranks, int threads) {
 }
 
 template <std::floating_point S, int D>
-bool RunOf<S, D>::begin_step(const Ranks& ranks, int threads) {
+bool RunOf<S, D>::sort_if_due(const Ranks& ranks, int threads) {
     const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
     bool sorted = false;
     for (std::size_t k = 0; k < sets_.size(); ++k) {
@@ -119,15 +119,40 @@ void RunOf<S, D>::push(double dt, const Ranks& ranks, int threads) {
 }
 
 template <std::floating_point S, int D>
-void RunOf<S, D>::end_g2p(double dt, bool right, double& largest, const std::function<std::string()>& cause,
-                          const Ranks& ranks) {
-    ranks.end_g2p(sets_, now_.time + dt, right, largest, [&] {
+void RunOf<S, D>::take_passes(StepNow<S, D>& now) {
+    for (std::size_t i = 0, end = 0; i < passes_.size(); i = end) {
+        end = i + 1;
+        if (!passes_[i].each_set) {
+            act(i, now);
+            continue;
+        }
+        while (end < passes_.size() && passes_[end].each_set) ++end;
+        for (now.set = 0; now.set < sets_.size(); ++now.set)
+            for (std::size_t pass = i; pass < end; ++pass) act(pass, now);
+    }
+}
+
+template <std::floating_point S, int D>
+void RunOf<S, D>::act(std::size_t pass, StepNow<S, D>& now) {
+    const double start = times ? detail::seconds_now() : 0;
+    try {
+        passes_[pass].act(*this, now);
+    } catch (const overflow_error& failure) {
+        detail::throw_overflow(failure, now_.steps, now.dt, now_.time, now.dt / bound_.step);
+    }
+    if (times) times->add(pass, passes_[pass].name, detail::seconds_now() - start);
+}
+
+template <std::floating_point S, int D>
+void RunOf<S, D>::end_g2p(StepNow<S, D>& now) {
+    now.ranks.end_g2p(sets_, now_.time + now.dt, now.right, now.largest_acceleration, [&] {
         detail::throw_wrong_particles(
-            sets_, sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
-            cause() + " The simulation can neither go on nor be written: restore() its last state.");
+            sets_, sentence("At step ", now_.steps, ", of ", now.dt, " s from ", now_.time, " s on: "), now.dt,
+            now.likely_cause() + " The simulation can neither go on nor be written: restore() its last state.");
     });
+    bound_.field_at_nodes = now.is_uniform ? -1 : now.largest_acceleration;
     for (SetOf<S, D>& set : sets_) set.readiness.end_step();
-    now_ = {now_.time + dt, now_.steps + 1, dt};
+    now_ = {now_.time + now.dt, now_.steps + 1, now.dt};
 }
 
 template <std::floating_point S, int D>

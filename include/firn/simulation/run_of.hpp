@@ -6,6 +6,7 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/simulation/bound.hpp>
+#include <firn/simulation/pass.hpp>
 #include <firn/simulation/ranks_of.hpp>
 #include <firn/simulation/set_of.hpp>
 #include <firn/simulation/warnings.hpp>
@@ -33,6 +34,10 @@ public:
     /// particle may be too far from the block into which it was sorted.
     std::uint64_t most_steps_between_sorts = 0;
 
+    /// The times of the passes. They are measured only if `times` holds a value: call `simulation.times.emplace()`.
+    std::optional<PassTimes> times{};
+
+    const PassList<S, D>& passes() const { return passes_; }    ///< Returns the passes of a step.
     const Domain<D>& domain() const { return grid_.domain(); }  ///< Returns the domain.
     /// Returns the grid, with the node values of the last step.
     const SparseGrid<S, D>& grid() const { return grid_; }
@@ -77,9 +82,10 @@ protected:
     /// \param tells_strain   whether the transfer is affine
     double next_time_step(double bound, bool has_all_walls, bool tells_strain, const Ranks& ranks, int threads,
                           std::string& warning);
-    /// Begins a step: sorts sets if it is due.
-    /// \return whether the grid must be activated
-    bool begin_step(const Ranks& ranks, int threads);
+    /// Takes a step: lets all passes act, one after the other.
+    void take_passes(StepNow<S, D>& now);
+    /// Begins a step: sorts sets if it is due. \return whether the grid must be activated
+    bool sort_if_due(const Ranks& ranks, int threads);
     /// Lets loads and forces between particles push the particles.
     void push(double dt, const Ranks& ranks, int threads);
     /// Marks all sets: until a step has ended, their particles cannot be used.
@@ -87,17 +93,15 @@ protected:
     /// Activates the blocks of the grid around the sorted particles.
     /// \return the copies of blocks that this rank needs from others
     CopiesElsewhere activate(const Ranks& ranks, bool between_groups, bool acts_by_gap, int threads);
-    /// Ends the G2P of a step: joins the ranks' reports.
-    /// \param right    whether all particles are finite and in the domain
-    /// \param largest  the largest acceleration of a field at nodes [m/s²]
-    /// \param cause    returns a sentence about the likely cause of particles that are not
-    /// \throws particle_error  if on any rank some are not
-    void end_g2p(double dt, bool right, double& largest, const std::function<std::string()>& cause, const Ranks& ranks);
+    /// Ends the G2P of a step: joins the ranks' reports, and goes on to the next moment.
+    /// \throws particle_error  if on any rank a particle is not finite or has left the domain
+    void end_g2p(StepNow<S, D>& now);
     /// Ends a step: sinks take particles, and sources give some.
     void end_step(const Ranks& ranks, int threads);
     /// Returns what is wrong with a time step that does not change the time. \see detail::throw_no_step
     void check_time_step(double dt, const Ranks& ranks, int threads);
 
+    PassList<S, D> passes_;
     SparseGrid<S, D> grid_;
     SetList<S, D> sets_;
     KernelFacts kernel_;
@@ -105,6 +109,7 @@ protected:
     detail::Warnings warnings_;
 
 private:
+    void act(std::size_t pass, StepNow<S, D>& now);
     void prepare_set(std::size_t k, const Ranks& ranks, int threads);
 };
 

@@ -1,0 +1,184 @@
+/// \file The passes of a simulation's step. Time integration gives the first list; the transfer, the volumetric policy,
+/// the contact law and the boundary each add theirs.
+#pragma once
+
+#include <firn/boundary/concept.hpp>
+#include <firn/exec/contact.hpp>
+#include <firn/exec/g2p.hpp>
+#include <firn/exec/gap_contact.hpp>
+#include <firn/exec/grid_update.hpp>
+#include <firn/exec/p2g_fixed_point.hpp>
+#include <firn/exec/p2g_with_velocities.hpp>
+#include <firn/exec/shifting.hpp>
+#include <firn/exec/volume_passes.hpp>
+#include <firn/simulation/material_set.hpp>
+#include <firn/simulation/run_of.hpp>
+
+#include <algorithm>
+#include <vector>
+
+namespace firn::inline FIRN_BUILD::detail {
+
+/// The passes of a type of simulation. Each function does the work of the pass of its name.
+template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
+struct PassesOf {
+    using S = typename Simulation::scalar_type;
+    static constexpr int D = Simulation::dimension;
+    using Run = RunOf<S, D>;
+    using Now = StepNow<S, D>;
+    using Sets = ParticleSets<MotionView<S, D, BlockedSpan<S>>>;
+
+    /// Returns the passes, in their order.
+    static PassList<S, D> list() {
+        using enum Data;
+        using enum PassKind;
+        constexpr bool by_gap = acts_by_gap<Boundary>, averages_volume = Volume::averages_volume;
+        PassList<S, D> all;
+        all.add({"sort", PassKind::sort, places | reports, partition, false, by<&PassesOf::sort>});
+        all.add({"push", particle, places, velocities, false, by<&PassesOf::push>});
+        if constexpr (filters_volume<Volume>)
+            all.add({"filter volumes", run, states, states | stresses | places | partition, false,
+                     by<&PassesOf::filter_volumes>});
+        if constexpr (by_gap) all.add({"find gaps", gather, places | boundary, gaps, false, by<&PassesOf::find_gaps>});
+        all.add({"p2g", scatter, places | velocities | affine | stresses,
+                 blends_velocities<Transfer> ? momenta | velocities_before_forces : momenta, false,
+                 by<&PassesOf::p2g>});
+        if constexpr (refines_velocities<Transfer>)
+            all.add({"refine velocities", scatter, momenta | places, momenta, false, by<&PassesOf::refine>});
+        if constexpr (Law::between_groups)
+            all.add({"contact", node, momenta | places, momenta, false, by<&PassesOf::meet>});
+        all.add({"grid update", node, momenta | boundary, node_velocities, false, by<&PassesOf::update_grid>});
+        if constexpr (by_gap)
+            all.add({"act by gap", node, node_velocities | gaps | boundary, node_velocities, false,
+                     by<&PassesOf::act_by_gap>});
+        if constexpr (averages_volume)
+            all.add(
+                {"average volumes", scatter, node_velocities | places, averages, true, by<&PassesOf::average_volumes>});
+        all.add({"g2p", gather, averages_volume ? node_velocities | averages : node_velocities,
+                 places | velocities | affine | stresses | states | reports, true, by<&PassesOf::g2p>});
+        if constexpr (averages_volume)
+            all.add({"restore masses", node, averages, node_velocities, true, by<&PassesOf::restore_masses>});
+        all.add({"end g2p", run, reports, boundary, false, by<&PassesOf::end_g2p>});
+        all.add({"sinks and sources", run, places, particles, false, by<&PassesOf::end_step>});
+        return all;
+    }
+
+private:
+    /// A pass calls one of the functions below.
+    template <auto function>
+    static void by(Run& run, Now& now) {
+        function(static_cast<Simulation&>(run), now);
+    }
+    static Reactions<D>* reactions(Simulation& of) { return of.reactions ? &*of.reactions : nullptr; }
+    static const auto& mirrors(const Simulation& of, const Now& now) {
+        if constexpr (acts_by_gap<Boundary>)
+            return of.gap_memory_.mirrors;
+        else
+            return now.mirrors;
+    }
+    /// Calls body(sets) with what P2G sees of the sets.
+    static void with_sets(Simulation& of, const auto& body) {
+        const auto sets = of.motions();
+        body(Sets(sets));
+    }
+
+    static void sort(Simulation& of, Now& now) {
+        if (of.sort_if_due(now.ranks, now.threads)) of.activate();
+    }
+    static void push(Simulation& of, Now& now) { of.push(now.dt, now.ranks, now.threads); }
+    static void filter_volumes(Simulation& of, Now& now) {
+        of.volume.check();
+        if (!of.volume.is_due(of.steps())) return;
+        const S crossed = S(now.dt / of.domain().cell_size) * S(fastest_signal(of.sets()));
+        bool stray = false;
+        with_sets(of, [&](Sets sets) {
+            if (const S share = of.volume.share(crossed); share > 0) {
+                std::size_t k = 0;
+                of.for_materials([&](auto& set) {
+                    firn::filter_volumes<Kernel>(of.execution, of.grid_, of.filter_memory_, now.mirrors, share,
+                                                 set.material, ParticleSet{set.particles.view(), set.partition}, k++,
+                                                 sets);
+                });
+            }
+            if constexpr (shifts_particles<Volume>)
+                if (const S share = of.volume.shifted_share(crossed); share > 0) stray = shift(of, share, sets);
+        });
+        if (!shifts_particles<Volume> || now.ranks.sum(std::size_t(stray)) == 0) return;
+        for (std::size_t k = 0; k < of.sets().size(); ++k) of.sort(k, now.ranks, now.threads);
+        of.activate();
+    }
+    /// Moves particles off overfull nodes. \return whether some may be too far from their blocks
+    static bool shift(Simulation& of, const S& share, Sets sets) {
+        std::vector<bool> moves;
+        of.for_materials([&]<class M>(const MaterialSet<D, M>&) {
+            moves.push_back(has_volume_ratio<material_state_t<with_scalar_t<M, native_pack<S>>, D>>);
+        });
+        if (std::ranges::count(moves, true) == 0) return false;
+        std::size_t k = 0;
+        of.for_materials([&]<class M>(MaterialSet<D, M>& set) {
+            find_present_volumes<M>(of.execution, of.filter_memory_, k++,
+                                    ParticleSet{set.particles.view(), set.partition});
+        });
+        const auto copies = [&](auto& grid, int threads) {
+            if constexpr (Law::between_groups)
+                sum_copies(ranks_of(of.execution), grid, of.contact_memory_.meetings, threads);
+        };
+        const std::vector<bool> strays =
+            shift_particles<Kernel>(of.execution, of.grid_, of.filter_memory_, of.boundary, share, copies, moves, sets);
+        return std::ranges::count(strays, true) > 0;
+    }
+    static void find_gaps(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            of.gap_memory_.mirrors =
+                mirrors_by_gap<Kernel>(of.execution, of.grid_, of.boundary, now.dt, of.gap_memory_, sets);
+        });
+    }
+    static void p2g(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            p2g_with_velocities<Kernel, Transfer, Force>(of.execution, of.grid_, mirrors(of, now), now.dt, sets);
+        });
+    }
+    static void refine(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            after_p2g<Kernel>(of.execution, of.grid_, of.transfer, of.transfer_memory_, mirrors(of, now), sets);
+        });
+    }
+    static void meet(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            meet_groups<Kernel>(of.execution, of.grid_, of.contact, now.dt, mirrors(of, now), of.contact_memory_,
+                                of.contact_impulses ? &*of.contact_impulses : nullptr, sets);
+        });
+    }
+    static void update_grid(Simulation&, Now& now) { now.largest_acceleration = now.update_grid(); }
+    static void act_by_gap(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            firn::act_by_gap<Kernel>(of.execution, of.grid_, of.boundary, now.dt, mirrors(of, now), of.gap_memory_,
+                                     reactions(of), sets);
+        });
+    }
+    static void average_volumes(Simulation& of, Now& now) {
+        with_sets(of, [&](Sets sets) {
+            average_volume<Kernel, Transfer, Force>(of.execution, of.grid_, of.volume_memory_, now.mirrors, now.set,
+                                                    sets);
+        });
+    }
+    static void g2p(Simulation& of, Now& now) {
+        if (now.set == 0) of.spoil();  // particles cannot be used before G2P has moved them all
+        std::size_t k = 0;
+        of.for_materials([&](auto& set) {
+            if (k++ != now.set) return;
+            const PassReport pass = g2p_pass<Kernel, Transfer, Force, Volume>(
+                of.execution, set.particles.view(), set.partition, of.grid_, set.material, now.dt, of.transfer);
+            set.report = pass.report;
+            now.right = now.right && pass.right;
+        });
+    }
+    static void restore_masses(Simulation& of, Now&) { firn::restore_masses<Transfer>(of.execution, of.grid_); }
+    static void end_g2p(Simulation& of, Now& now) {
+        of.Run::end_g2p(now);
+        of.boundary = advanced(of.boundary, now.dt);
+    }
+    static void end_step(Simulation& of, Now& now) { of.Run::end_step(now.ranks, now.threads); }
+};
+
+}  // namespace firn::inline FIRN_BUILD::detail
