@@ -69,9 +69,10 @@ private:
         blocks = near.want_around(domain(), {});
         near.connect(domain(), {});
         near.mark_around(blocks, ~std::uint64_t(0));
-        near.find(domain(), Mirrors{}, 1, [&](Near<D>& lists) {
+        const auto share = [&](Near<D>& lists) {
             for (const auto& [of, particle] : found) lists.found(lists.find(block_key<D>(of))).push_back(particle);
-        });
+        };
+        near.find(domain(), Mirrors{}, 1, share, ParticleSets<MotionView<float, D, BlockedSpan<float>>>{});
     }
     static void add(auto& found, std::uint32_t id, const Vec<double, D>& x) {
         typename Near<D>::Particle particle{{}, 0.25f, id, 0};
