@@ -1,5 +1,5 @@
 /// \file How much a test does of what it repeats. Not optimised, code takes ten times as long, sanitized a hundred
-/// times; and the plain test command has fifteen minutes.
+/// times; and the plain test command has five minutes.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -19,7 +19,7 @@ inline constexpr bool full = false;
 
 /// `few` where the code is sanitized or not optimised, else `all`.
 constexpr auto fewer_if_slow(auto all, decltype(all) few) { return slow ? few : all; }
-/// `few` in the plain test command, `all` in every other build.
+/// `few` in the plain test command and with --ci, `all` in every other build.
 constexpr auto fewer_if_plain(auto all, decltype(all) few) { return full ? all : few; }
 
 }  // namespace test_support
