@@ -86,7 +86,7 @@ TEST_CASE("Two bars exchange their velocities, touch when their surfaces meet, a
     CHECK(impulse == 0);
 }
 
-TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lifted off freely") {
+TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lifted off freely", "[slow]") {
     const double h = 1.0 / 40;
     for (const double friction : {0.2, 0.6}) {
         const Domain<2> domain{{0, 0}, {1, 1}, h};

@@ -127,7 +127,7 @@ double sinks(const Boundary& boundary, double height, double& misfit) {
 
 }  // namespace
 
-TEST_CASE("A block feels walls by the gap when it touches them, and leaves them without traction") {
+TEST_CASE("A block feels walls by the gap when it touches them, and leaves them without traction", "[slow]") {
     auto walls = box<2>();
     for (const double cells : {0.0, 4.0, 4.3, 4.8}) {
         walls.lower[1] = cells * h;
@@ -139,7 +139,7 @@ TEST_CASE("A block feels walls by the gap when it touches them, and leaves them 
     check_fall<3>(box<3>(), at<3>(0));
 }
 
-TEST_CASE("A block feels mirrored walls by the gap when it touches them, and leaves them without traction") {
+TEST_CASE("A block feels mirrored walls by the gap when it touches them, and leaves them without traction", "[slow]") {
     auto walls = box<2>();
     walls.nodes_behind = NodesBehind::mirrored;
     check_fall<2>(walls, at<2>(0));
@@ -150,7 +150,7 @@ TEST_CASE("A block feels mirrored walls by the gap when it touches them, and lea
     check_fall<3>(in_3d, at<3>(0));
 }
 
-TEST_CASE("A block feels colliders by the gap when it touches them, and leaves them without traction") {
+TEST_CASE("A block feels colliders by the gap when it touches them, and leaves them without traction", "[slow]") {
     for (const double cells : {4.0, 4.3, 4.8})
         check_fall<2>(Together(box<2>(), half_space<2>(cells * h)), at<2>(cells * h));
     check_fall<3>(half_space<3>(4.6 * h), at<3>(4.6 * h));
@@ -171,7 +171,7 @@ TEST_CASE("A block feels colliders by the gap when it touches them, and leaves t
     check_fall<2>(slope, at<2>(0.4), 0.15, turn);
 }
 
-TEST_CASE("A block comes to rest on the surface: it sinks as far as its elasticity says") {
+TEST_CASE("A block comes to rest on the surface: it sinks as far as its elasticity says", "[slow]") {
     const double strain = density * g * 0.25 / E;
     const auto check = [&](const auto& boundary, double height, double bar) {
         double misfit = 1;

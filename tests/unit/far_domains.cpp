@@ -1,6 +1,7 @@
 /// \file Domains far from 0: a run in map coordinates has the bits of the same run at 0, in float, too. What gets
 /// metres is refused where a float has too few digits for them.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/message.hpp"
 #include "support/scenes.hpp"
 #include <firn/boundary/boundary_list.hpp>
@@ -49,7 +50,7 @@ Seen run(const Vec<double, 3>& corner, const Solid& solid) {
                           Together(walls, solid, ball, BoundaryList<Collider<HalfSpace<S, 3>>>{{slope}}));
     simulation.warn = {};
     simulation.add(
-        sample_box<3>(corner + Vec<double, 3>{2, 7, 2}, corner + Vec<double, 3>{15.5, 10, 14}, {.spacing = 0.5}), 1000,
+        sample_box<3>(corner + Vec<double, 3>{2, 7, 2}, corner + Vec<double, 3>{15.5, 10, 14}, {.spacing = test_support::fewer_if_quick(0.5, 1.0)}), 1000,
         {8, -32, 0});
     simulation.reactions.emplace();
     simulation.fixed_time_step = 1.0 / 1024;

@@ -1,6 +1,7 @@
 // part: arithmetic
 /// \file Constraints of distance: the catenary, compliance, tearing, and the same bits for any number of threads.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/particle_system.hpp>
@@ -175,7 +176,7 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
         };
         const auto one = run(1);
         CHECK(one.first[2000][1] < 0);
-        for (const int threads : {2, 3, 4, 7}) {
+        for (const int threads : test_support::other_threads) {
             const auto other = run(threads);
             CHECK(std::memcmp(one.first.data(), other.first.data(), one.first.size() * sizeof(Vec<S, 3>)) == 0);
             CHECK(std::memcmp(one.second.data(), other.second.data(), one.second.size() * sizeof(Vec<S, 3>)) == 0);
