@@ -117,7 +117,7 @@ TEST_CASE("By the gap in 2D, fixed point, FMPM, F-bar, groups: the same bits for
 TEST_CASE("By the gap: the same bits wherever particles lie in memory") {
     check_order(empty<2>(Coloured{2}, false, NodesBehind::mirrored, Fmpm{}));
 }
-TEST_CASE("By the gap in 3D, groups: the same bits wherever particles lie in memory") {
+TEST_CASE("By the gap in 3D, groups: the same bits wherever particles lie in memory", "[slow]") {
     check_order(empty<3>(ColouredFixedPoint<std::int32_t>{2}, false, NodesBehind::held, CoulombContact{}));
 }
 TEST_CASE("By the gap, bodies of two materials in groups: the same bits for 1, 3 and 7 threads") {

@@ -127,7 +127,7 @@ TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lif
     }
 }
 
-TEST_CASE("A net falls on jelly as a group of its own, and is lifted off without sticking") {
+TEST_CASE("A net falls on jelly as a group of its own, and is lifted off without sticking", "[slow]") {
     const double h = 1.0 / 32;
     using Jelly = NeoHookean<float>;
     const Domain<3> domain{{0, 0, 0}, {1, 1, 1}, h};

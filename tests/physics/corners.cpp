@@ -1,3 +1,4 @@
+// quick: no
 /// \file Water at rest in concave corners: a container, a notch. Nothing creeps into the solid, however it is given.
 #include "support/catch.hpp"
 #include <firn/boundary/boundary_list.hpp>
@@ -65,7 +66,7 @@ TEST_CASE("water rests in a hollow box as between half-spaces, and does not cree
     CHECK(std::abs(of_box - of_planes) < 0.05);
 }
 
-TEST_CASE("water rests in a notch of half-spaces, of a shape of one's own, and of a grid of distances", "[slow]") {
+TEST_CASE("water rests in a notch of half-spaces, of a shape of one's own, and of a grid of distances") {
     for (const double degrees : {60.0, 90.0, 120.0}) {
         const double half = degrees / 360 * std::numbers::pi, c = std::cos(half), s = std::sin(half);
         const V tip{0.5 + 0.13 * h, 0.2 + 0.31 * h};

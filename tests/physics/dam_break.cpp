@@ -6,7 +6,7 @@
 using namespace firn;
 using verification::DamBreak;
 
-TEST_CASE("The front of a dam break is where Martin and Moyce saw it, to 5 % once the gate's delay is taken off") {
+TEST_CASE("The front of a dam break is where Martin and Moyce saw it, to 5 % once the gate's delay is taken off", "[slow]") {
     DamBreak<float, Apic> dam(10);
     const auto front = dam.history(9);
     const auto raw = front_error(front, "A"), shifted = delayed_front_error(front, "A");

@@ -193,7 +193,7 @@ TEST_CASE("A block comes to rest on the surface: it sinks as far as its elastici
     }
 }
 
-TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law says") {
+TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law says", "[slow]") {
     const double angle = std::numbers::pi / 6, duration = 0.2;
     const auto check = [&](auto boundary, double height, double friction) {
         Simulation simulation(domain<2>(), Elastic::from_young_poisson(1e7, 0.3), GapContact{boundary}, Coloured{1});
@@ -225,7 +225,7 @@ TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law say
     }
 }
 
-TEST_CASE("Contact groups meet by their law while a boundary acts by the gap") {
+TEST_CASE("Contact groups meet by their law while a boundary acts by the gap", "[slow]") {
     // Two blocks, one on the other, on a floor: the floor bears both, the lower one the upper one.
     Simulation simulation(domain<2>(), Elastic::from_young_poisson(E, 0.3), GapContact{box<2>()},
                           CoulombContact{.friction = 0.3}, Coloured{1}, Pic{});

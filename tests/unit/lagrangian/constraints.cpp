@@ -171,7 +171,7 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
             system.constraints.add(net, {.compliance = 1e-5});
             system.add_force(springs_of<S>(net, SpringOptions{0.1, 1e-4}));
             system.add_force(aerodynamic_surface_of(net, AerodynamicDrag<S, 3>{S(1.2), 1, {{1, 0, 2}}}));
-            for (int i = 0; i < 15; ++i) system.step(0.005);
+            for (int i = 0; i < test_support::fewer_if_quick(15, 6); ++i) system.step(0.005);
             return std::pair(system.points.position.copy(), system.points.velocity.copy());
         };
         const auto one = run(1);
