@@ -63,7 +63,8 @@ std::uint64_t hash_of_run(const Execution& execution, bool periodic, const Polic
 template <int D, class Execution, class... Policies>
 void check_threads(bool periodic, const Policies&... policies) {
     const std::uint64_t one = hash_of_run<D>(Execution{1}, periodic, policies...);
-    for (const int threads : test_support::other_threads) CHECK(hash_of_run<D>(Execution{threads}, periodic, policies...) == one);
+    for (const int threads : test_support::other_threads)
+        CHECK(hash_of_run<D>(Execution{threads}, periodic, policies...) == one);
 }
 
 template <class Simulation>

@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's dam break on coarse cells, against Martin and Moyce 1952.
 #include "../../benchmarks/verification/scenes/dam_break.hpp"
 
@@ -6,7 +7,7 @@
 using namespace firn;
 using verification::DamBreak;
 
-TEST_CASE("The front of a dam break is where Martin and Moyce saw it, to 5 % once the gate's delay is taken off", "[slow]") {
+TEST_CASE("The front of a dam break is where Martin and Moyce saw it, to 5 % once the gate's delay is taken off") {
     DamBreak<float, Apic> dam(10);
     const auto front = dam.history(9);
     const auto raw = front_error(front, "A"), shifted = delayed_front_error(front, "A");

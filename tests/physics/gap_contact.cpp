@@ -1,3 +1,4 @@
+// quick: no
 /// \file Walls and colliders that act by the gap of particles: when a block first feels them, how deep it sinks under
 /// its weight, how it slides, and that it leaves them freely.
 #include "support/catch.hpp"
@@ -127,7 +128,7 @@ double sinks(const Boundary& boundary, double height, double& misfit) {
 
 }  // namespace
 
-TEST_CASE("A block feels walls by the gap when it touches them, and leaves them without traction", "[slow]") {
+TEST_CASE("A block feels walls by the gap when it touches them, and leaves them without traction") {
     auto walls = box<2>();
     for (const double cells : {0.0, 4.0, 4.3, 4.8}) {
         walls.lower[1] = cells * h;
@@ -139,7 +140,7 @@ TEST_CASE("A block feels walls by the gap when it touches them, and leaves them 
     check_fall<3>(box<3>(), at<3>(0));
 }
 
-TEST_CASE("A block feels mirrored walls by the gap when it touches them, and leaves them without traction", "[slow]") {
+TEST_CASE("A block feels mirrored walls by the gap when it touches them, and leaves them without traction") {
     auto walls = box<2>();
     walls.nodes_behind = NodesBehind::mirrored;
     check_fall<2>(walls, at<2>(0));
@@ -150,7 +151,7 @@ TEST_CASE("A block feels mirrored walls by the gap when it touches them, and lea
     check_fall<3>(in_3d, at<3>(0));
 }
 
-TEST_CASE("A block feels colliders by the gap when it touches them, and leaves them without traction", "[slow]") {
+TEST_CASE("A block feels colliders by the gap when it touches them, and leaves them without traction") {
     for (const double cells : {4.0, 4.3, 4.8})
         check_fall<2>(Together(box<2>(), half_space<2>(cells * h)), at<2>(cells * h));
     check_fall<3>(half_space<3>(4.6 * h), at<3>(4.6 * h));
@@ -171,7 +172,7 @@ TEST_CASE("A block feels colliders by the gap when it touches them, and leaves t
     check_fall<2>(slope, at<2>(0.4), 0.15, turn);
 }
 
-TEST_CASE("A block comes to rest on the surface: it sinks as far as its elasticity says", "[slow]") {
+TEST_CASE("A block comes to rest on the surface: it sinks as far as its elasticity says") {
     const double strain = density * g * 0.25 / E;
     const auto check = [&](const auto& boundary, double height, double bar) {
         double misfit = 1;
@@ -193,7 +194,7 @@ TEST_CASE("A block comes to rest on the surface: it sinks as far as its elastici
     }
 }
 
-TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law says", "[slow]") {
+TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law says") {
     const double angle = std::numbers::pi / 6, duration = 0.2;
     const auto check = [&](auto boundary, double height, double friction) {
         Simulation simulation(domain<2>(), Elastic::from_young_poisson(1e7, 0.3), GapContact{boundary}, Coloured{1});
@@ -225,7 +226,7 @@ TEST_CASE("A block slides on walls and colliders by the gap as Coulomb's law say
     }
 }
 
-TEST_CASE("Contact groups meet by their law while a boundary acts by the gap", "[slow]") {
+TEST_CASE("Contact groups meet by their law while a boundary acts by the gap") {
     // Two blocks, one on the other, on a floor: the floor bears both, the lower one the upper one.
     Simulation simulation(domain<2>(), Elastic::from_young_poisson(E, 0.3), GapContact{box<2>()},
                           CoulombContact{.friction = 0.3}, Coloured{1}, Pic{});
