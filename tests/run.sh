@@ -1,6 +1,9 @@
 #!/usr/bin/env bash
-# tests/run.sh [--full]: installs missing packages (clang 19 only if apt offers it), builds firn's tests and runs them.
-# By default each unit test runs once, sanitized, as users compile, or not optimised, and combinations are pairwise.
+# tests/run.sh [--ci | --full]: installs missing packages (clang 19 only if apt offers it), builds firn's tests and runs
+# them. Without an option, that takes five minutes on two processors: each unit test once, the physics, golden bits, the
+# layers of headers, README, and what the compiler must refuse.
+#   --ci     runs also all unit tests sanitized, as users compile, or in the portable build, with pairwise combinations;
+#            examples, programs for GPUs, WebAssembly, several ranks, all packages, fuzzers
 #   --full   runs every test in every build and every combination, the long tests (such as AArch64), all tests with
 #            clang 19, and tests with ThreadSanitizer; builds the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
@@ -12,12 +15,13 @@ source "$root/cmake/packages.sh"
 # shellcheck source=../cmake/webgpu.sh
 source "$root/cmake/webgpu.sh"
 
-full=no
+ci=no full=no
 for argument in "$@"; do
     case $argument in
-        --full) full=yes ;;
-        -h | --help) sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
-        *) echo "tests/run.sh has no option $argument; give --full or none." >&2 && exit 2 ;;
+        --ci) ci=yes ;;
+        --full) ci=yes full=yes ;;
+        -h | --help) sed -n '2,9s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
+        *) echo "tests/run.sh has no option $argument; give --ci, --full or none." >&2 && exit 2 ;;
     esac
 done
 
@@ -226,13 +230,36 @@ mpi_stage() {
     fi
 }
 
+finish() {
+    start=0 cpu_start=0
+    printf '\n'
+    report all
+    printf '%d skipped\n%d passed, %d failed\n' "$skipped" "$passed" "$failed"
+    ((failed == 0))
+    exit
+}
+
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
-for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
 clang=no
-if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
+if firn_install_if_offered clang clang_openmp clang_rt; then
+    clang=yes
+else
+    skip 'clang 19, which is not installed and not offered by apt'
+fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
 release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
 portable=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1 -DFIRN_PORTABLE=ON)
+# Each compiler builds what it compiles faster: clang, if installed, builds sanitized and unoptimised code.
+second=(-DFIRN_TEST_UNITY=ON)
+if [[ $clang == yes ]]; then second+=("${with_clang[@]}"); fi
+
+stage 'each unit test once, physics, golden bits, headers' tests-quick \
+    'firn_unit_tests firn_physics_tests firn_determinism_tests firn_static_tests' \
+    'unit|physics|determinism|static|package' "${portable[@]}" "${second[@]}" -DFIRN_TEST_PART=quick \
+    -DFIRN_BUILD_EXAMPLES=OFF
+if [[ $ci == no ]]; then finish; fi
+
+for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
 # Reports of sanitizers name functions, and with --full also lines.
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 $([[ $full == no ]] || echo -g1)" -DFIRN_NATIVE=OFF
     -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_WARNINGS_AS_ERRORS=OFF)
@@ -244,15 +271,10 @@ else
     skip 'the WebGPU host in C++'
 fi
 
-# Each compiler builds what it compiles faster: clang, if installed, builds sanitized and unoptimised code.
-second=(-DFIRN_TEST_UNITY=ON) where=portable
-sanitized='firn_unit_tests' labels='unit' fuzzers=()
+where=portable sanitized='firn_unit_tests' labels='unit' fuzzers=()
 if [[ $clang == yes ]]; then
-    second+=("${with_clang[@]}") where=portable-clang
-    sanitized+=' firn_fuzzers' labels+='|fuzz'
+    where=portable-clang sanitized+=' firn_fuzzers' labels+='|fuzz'
     fuzzers=(-DFIRN_BUILD_FUZZERS=ON "-DFIRN_FUZZ_RUNS=$([[ $full == yes ]] && echo 10000 || echo 500)")
-else
-    skip 'clang 19, which is not installed and not offered by apt'
 fi
 if [[ $full == yes ]]; then
     stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all \
@@ -292,8 +314,4 @@ if [[ $full == yes ]]; then
         -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_BUILD_BENCHMARKS=ON
 fi
 
-start=0 cpu_start=0
-printf '\n'
-report all
-printf '%d skipped\n%d passed, %d failed\n' "$skipped" "$passed" "$failed"
-((failed == 0))
+finish

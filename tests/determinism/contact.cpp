@@ -3,6 +3,7 @@
 /// Without `--full`, gap_contact.cpp holds most of these with boundaries that act by the gap as well, so that each pair
 /// of choices is in one of the two files.
 #include "support/contact_bodies.hpp"
+#include "support/effort.hpp"
 #include <firn/contact/coulomb.hpp>
 
 namespace contact_determinism {
@@ -62,7 +63,8 @@ std::uint64_t hash_of_run(const Execution& execution, bool periodic, const Polic
 template <int D, class Execution, class... Policies>
 void check_threads(bool periodic, const Policies&... policies) {
     const std::uint64_t one = hash_of_run<D>(Execution{1}, periodic, policies...);
-    for (const int threads : {2, 3, 4, 7}) CHECK(hash_of_run<D>(Execution{threads}, periodic, policies...) == one);
+    for (const int threads : test_support::other_threads)
+        CHECK(hash_of_run<D>(Execution{threads}, periodic, policies...) == one);
 }
 
 template <class Simulation>

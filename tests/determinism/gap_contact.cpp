@@ -2,6 +2,7 @@
 /// threads and for any order of the particles in memory, with held and mirrored walls, colliders, contact groups,
 /// several materials and a periodic axis. contact.cpp says which combinations need `--full`.
 #include "support/contact_bodies.hpp"
+#include "support/effort.hpp"
 #include <firn/contact/coulomb.hpp>
 #include <firn/firn.hpp>
 
@@ -85,7 +86,7 @@ std::uint64_t hash_of_run(Simulation simulation) {
 template <int D, class Execution, class... Policies>
 void check_threads(bool periodic, NodesBehind nodes_behind, const Policies&... policies) {
     const std::uint64_t one = hash_of_run(empty<D>(Execution{1}, periodic, nodes_behind, policies...));
-    for (const int threads : {2, 3, 4, 7})
+    for (const int threads : test_support::other_threads)
         CHECK(hash_of_run(empty<D>(Execution{threads}, periodic, nodes_behind, policies...)) == one);
 }
 
@@ -116,7 +117,7 @@ TEST_CASE("By the gap in 2D, fixed point, FMPM, F-bar, groups: the same bits for
 TEST_CASE("By the gap: the same bits wherever particles lie in memory") {
     check_order(empty<2>(Coloured{2}, false, NodesBehind::mirrored, Fmpm{}));
 }
-TEST_CASE("By the gap in 3D, groups: the same bits wherever particles lie in memory") {
+TEST_CASE("By the gap in 3D, groups: the same bits wherever particles lie in memory", "[slow]") {
     check_order(empty<3>(ColouredFixedPoint<std::int32_t>{2}, false, NodesBehind::held, CoulombContact{}));
 }
 TEST_CASE("By the gap, bodies of two materials in groups: the same bits for 1, 3 and 7 threads") {

@@ -1,6 +1,8 @@
+// quick: -O1
 /// \file The same bits: for any number of threads, for any order of the particles in memory, in every build; and,
 /// without FMA and contraction, on every machine.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/golden.hpp"
 
 using namespace firn;
@@ -10,7 +12,7 @@ namespace {
 template <class Run>
 void check_threads(const Run& run, [[maybe_unused]] std::uint64_t stored) {
     const std::uint64_t one = run(1);
-    for (const int threads : {2, 3, 4, 7}) CHECK(run(threads) == one);
+    for (const int threads : test_support::other_threads) CHECK(run(threads) == one);
 #ifdef FIRN_TEST_PORTABLE
     CHECK(one == stored);
 #endif

@@ -5,8 +5,8 @@
 
 using namespace firn;
 
-TEST_CASE(
-    "A ball that bounces has the momentum that floor and weight gave it, and is in contact as long as Hertz says") {
+TEST_CASE("A ball that bounces has the momentum that floor and weight gave it, and is in contact as long as Hertz says",
+          "[slow]") {
     using Ball = verification::Ball<3, float>;
     const double drop = 0.1, young = 1e6, h = Ball::radius / 8;
     Ball ball(h, young, drop);

@@ -12,7 +12,7 @@ using Beam = Cantilever<Apic, MlsForce, QuadraticBSpline>;
 
 }  // namespace
 
-TEST_CASE("A cantilever sinks under gravity as Timoshenko's beam does, within 5 % with four cells") {
+TEST_CASE("A cantilever sinks under gravity as Timoshenko's beam does, within 5 % with four cells", "[slow]") {
     // Too soft by 1/n² with n layers of particles, and by the clamp; measured: 3.2 %.
     Beam beam(4);
     beam.settle(1, 1.5);
@@ -20,7 +20,7 @@ TEST_CASE("A cantilever sinks under gravity as Timoshenko's beam does, within 5 
     CHECK(beam.tip_over_theory() > 1);
 }
 
-TEST_CASE("A cantilever swings with the period of Timoshenko's beam, and keeps its energy") {
+TEST_CASE("A cantilever swings with the period of Timoshenko's beam, and keeps its energy", "[slow]") {
     // Within 2 % and 1 % over a period; measured: 1.4 % and 0.4 %.
     Beam beam(4);
     beam.strike();
@@ -39,7 +39,7 @@ TEST_CASE("A cantilever swings with the period of Timoshenko's beam, and keeps i
     CHECK(beam.energy() > 0.99 * start);
 }
 
-TEST_CASE("A beam that was bent by a third of its length goes back with the compact quartic kernel") {
+TEST_CASE("A beam that was bent by a third of its length goes back with the compact quartic kernel", "[slow]") {
     // Two cells thick, under 15 times gravity, and let go: 1 % of the deflection stays. With MLS forces, 10 % stays.
     Cantilever<Apic, WeightGradientForce, CompactQuartic> beam(2);
     beam.settle(15);

@@ -86,7 +86,7 @@ TEST_CASE("Two bars exchange their velocities, touch when their surfaces meet, a
     CHECK(impulse == 0);
 }
 
-TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lifted off freely") {
+TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lifted off freely", "[slow]") {
     const double h = 1.0 / 40;
     for (const double friction : {0.2, 0.6}) {
         const Domain<2> domain{{0, 0}, {1, 1}, h};
@@ -127,7 +127,7 @@ TEST_CASE("A block on a block: friction holds it or lets it slide, and it is lif
     }
 }
 
-TEST_CASE("A net falls on jelly as a group of its own, and is lifted off without sticking") {
+TEST_CASE("A net falls on jelly as a group of its own, and is lifted off without sticking", "[slow]") {
     const double h = 1.0 / 32;
     using Jelly = NeoHookean<float>;
     const Domain<3> domain{{0, 0, 0}, {1, 1, 1}, h};

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Water at rest in concave corners: a container, a notch. Nothing creeps into the solid, however it is given.
 #include "support/catch.hpp"
 #include <firn/boundary/boundary_list.hpp>

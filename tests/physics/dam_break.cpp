@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's dam break on coarse cells, against Martin and Moyce 1952.
 #include "../../benchmarks/verification/scenes/dam_break.hpp"
 

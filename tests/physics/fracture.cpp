@@ -1,3 +1,4 @@
+// quick: no
 /// \file A bar that is pulled until it breaks: where it breaks for want of particles, and that this is said before.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Walls and colliders that act by the gap of particles: when a block first feels them, how deep it sinks under
 /// its weight, how it slides, and that it leaves them freely.
 #include "support/catch.hpp"

@@ -28,7 +28,7 @@ TEST_CASE("The load on the floor of water that is let go at once is the triangul
     CHECK(worst < 4 * 0.1 / 2);  // slope 4 a period of 4 H/c: what sound takes for half a cell there and back, h/H
 }
 
-TEST_CASE("Between mirrored walls, water stays at rest with a smooth pressure, with and without a filter") {
+TEST_CASE("Between mirrored walls, water stays at rest with a smooth pressure, with and without a filter", "[slow]") {
     using Filtered = verification::Hydrostatic<double, Apic, WeightGradientForce, QuadraticBSpline, VolumeFilter>;
     using Own = verification::Hydrostatic<double, Apic, WeightGradientForce, QuadraticBSpline>;
     Own own(0.01, NodesBehind::mirrored);

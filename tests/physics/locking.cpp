@@ -66,7 +66,7 @@ Bent bend() {
 
 }  // namespace
 
-TEST_CASE("Cook's membrane at Poisson's ratio 0.4999 bends with FBar, and locks without") {
+TEST_CASE("Cook's membrane at Poisson's ratio 0.4999 bends with FBar, and locks without", "[slow]") {
     // Mixed finite elements, 32 × 32: 0.0769 mm. At ν = 0.3, where nothing locks, these cells give a tenth less than
     // finite elements do, too. The exact pressure has no range, as the upper left corner is singular; away from it, it
     // lies between −0.13 and 0.3 MPa.

@@ -85,7 +85,7 @@ TEST_CASE("The body forces of the manufactured solutions are those computed inde
     CHECK(rows == 27);
 }
 
-TEST_CASE("Manufactured waves are met to 0.4 % of their amplitude, better with finer cells") {
+TEST_CASE("Manufactured waves are met to 0.4 % of their amplitude, better with finer cells", "[slow]") {
     // Of second order but for the particles' quadrature; measured: 0.80 % and 0.27 %.
     const double coarse = error_of_waves(16), fine = error_of_waves(32);
     CAPTURE(coarse, fine);

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Obstacles that stand on a floor and in corners push sand and water: none gets into them or behind them.
 ///
 /// Before colliders had a layer and looked at the solids beside them, of 2,926 particles of sand 39 were in a box that

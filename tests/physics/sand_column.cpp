@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's columns of sand, on coarse cells, against the scalings measured by Lube et al. 2005.
 #include "../../benchmarks/verification/scenes/sand_column.hpp"
 

@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's sloshing water on coarse cells: its period, and the noise of its pressure.
 #include "../../benchmarks/verification/scenes/sloshing.hpp"
 

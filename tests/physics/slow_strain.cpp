@@ -1,3 +1,4 @@
+// quick: no
 /// \file Loads that act slowly, and small strains of stiff matter, in float: the stress is that of double.
 #include "support/catch.hpp"
 #include "support/message.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's snowball on coarse cells.
 #include "../../benchmarks/verification/scenes/snowball.hpp"
 

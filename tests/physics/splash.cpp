@@ -1,3 +1,4 @@
+// quick: no
 /// \file The verification suite's water after a splash, on coarse cells; and water that is set up at rest.
 #include "../../benchmarks/verification/scenes/splash.hpp"
 

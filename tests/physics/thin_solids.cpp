@@ -1,3 +1,4 @@
+// quick: no
 /// \file Fingers press a block and open again: thin ones press as thick ones do, and do not pull. Plates let nothing
 /// through, and what is behind them does not feel what is in front.
 ///

@@ -64,7 +64,8 @@ TEST_CASE("Waves of matter that sticks to walls with mirrored nodes are of secon
     CHECK(fine < 0.3 * error_of_stuck_waves(16, NodesBehind::held));
 }
 
-TEST_CASE("A column that slips or sticks beside walls with mirrored nodes has the stress of the weight above") {
+TEST_CASE("A column that slips or sticks beside walls with mirrored nodes has the stress of the weight above",
+          "[slow]") {
     for (const Contact contact : {Contact::slip, Contact::stick}) {
         Column<double, MlsForce, QuadraticBSpline> column(0.005, 1e6, 5, {contact, NodesBehind::mirrored});
         column.settle(4);

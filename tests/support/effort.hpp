@@ -1,8 +1,10 @@
 /// \file How much a test does of what it repeats. Not optimised, code takes ten times as long, sanitized a hundred
-/// times; and the plain test command has fifteen minutes.
+/// times; and the plain test command has five minutes.
 #pragma once
 
 #include <firn/core/config.hpp>
+
+#include <vector>
 
 namespace test_support {
 
@@ -17,9 +19,20 @@ inline constexpr bool full = true;
 inline constexpr bool full = false;
 #endif
 
+#if defined(FIRN_TEST_QUICK)  // FIRN_TEST_PART is `quick`, as with `tests/run.sh`
+inline constexpr bool quick = true;
+#else
+inline constexpr bool quick = false;
+#endif
+
 /// `few` where the code is sanitized or not optimised, else `all`.
 constexpr auto fewer_if_slow(auto all, decltype(all) few) { return slow ? few : all; }
-/// `few` in the plain test command, `all` in every other build.
+/// `few` in the plain test command and with --ci, `all` in every other build.
 constexpr auto fewer_if_plain(auto all, decltype(all) few) { return full ? all : few; }
+/// `few` in the plain test command, `all` with --ci and in every other build.
+constexpr auto fewer_if_quick(auto all, decltype(all) few) { return quick ? few : all; }
+
+/// Numbers of threads to compare with one thread.
+inline const std::vector<int> other_threads = quick ? std::vector{3} : std::vector{2, 3, 4, 7};
 
 }  // namespace test_support

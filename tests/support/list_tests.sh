@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# list_tests.sh PROGRAM LABEL CATCH_MAJOR OUTPUT: writes the file by which CTest knows each test case of PROGRAM.
+# list_tests.sh PROGRAM LABEL CATCH_MAJOR OUTPUT [WHICH]: writes the file by which CTest knows each test case of PROGRAM,
+# or those that Catch's test specification WHICH selects.
 # (Catch's own CMake module splits a name at its semicolons.)
 set -euo pipefail
 
-program=$1 label=$2 catch_major=$3 output=$4
+program=$1 label=$2 catch_major=$3 output=$4 which=${5:-}
 if ((catch_major >= 3)); then
     list=(--list-tests --verbosity quiet) unmatched=UnmatchedTestSpec none_is_fine='--allow-running-no-tests'
 else
     list=(--list-test-names-only) unmatched=NoTests none_is_fine=''
 fi
 
-names=$("$program" "${list[@]}" || true) # version 2 returns the number of tests
+names=$("$program" "${list[@]}" ${which:+"$which"} || true) # version 2 returns the number of tests
 [[ -n $names ]] || { echo "$program lists no tests" >&2; exit 1; }
 
 title=${program##*/}

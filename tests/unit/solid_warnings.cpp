@@ -68,7 +68,7 @@ TEST_CASE("solids thinner than 3 cells are warned of once, with their thickness"
 }
 
 TEST_CASE("thin meshes are warned of; interpolation makes their thickness uncertain by a spacing's diagonal",
-          "[simulation]") {
+          "[simulation][slow]") {
     for (const double cells : {0.3, 1.2, 1.6, 2.1, 2.4, 3.1, 5.0})
         for (const double spacing : {h, h / 2, h / 4}) {
             const double half = cells * h / 2, uncertainty = std::sqrt(3.0) * spacing / h;

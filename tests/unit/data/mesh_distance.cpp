@@ -1,3 +1,4 @@
+// quick: -O1
 // part: arithmetic
 // sanitized: -O1
 /// \file Signed distances from a mesh on a grid, and the collider that interpolates them: against every triangle in

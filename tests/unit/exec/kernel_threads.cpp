@@ -29,5 +29,5 @@ TEMPLATE_TEST_CASE(
         return scenes::hash(simulation);
     };
     const std::uint64_t one = run(1);
-    for (const int threads : {2, 3, 4, 7}) CHECK(run(threads) == one);
+    for (const int threads : test_support::other_threads) CHECK(run(threads) == one);
 }

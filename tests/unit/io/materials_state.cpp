@@ -110,7 +110,7 @@ TEST_CASE("two materials push each other: momentum passes from one to the other,
 TEST_CASE("several materials: the same bits for any number of threads") {
     Mixture one = mixture(1);
     for (int step = 0; step < test_support::fewer_if_slow(100, 20); ++step) one.step();
-    for (const int threads : {2, 3, 4, 7}) {
+    for (const int threads : test_support::other_threads) {
         Mixture many = mixture(threads);
         for (int step = 0; step < test_support::fewer_if_slow(100, 20); ++step) many.step();
         REQUIRE(numbers<0>(many) == numbers<0>(one));

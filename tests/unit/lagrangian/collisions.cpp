@@ -359,7 +359,7 @@ TEST_CASE("collisions: the same bits for any number of threads", "[lagrangian]")
 }
 
 TEST_CASE("collisions: a high pile comes to rest on few passes, under its weight not pressed together",
-          "[lagrangian]") {
+          "[lagrangian][slow]") {
     const double r = 0.05, dt = 1e-3, g = 9.81;
     const int wide = 8, high = 25;
     for (const bool between : {false, true}) {  // impulses after points have moved, or before

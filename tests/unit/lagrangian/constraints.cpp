@@ -1,6 +1,7 @@
 // part: arithmetic
 /// \file Constraints of distance: the catenary, compliance, tearing, and the same bits for any number of threads.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/particle_system.hpp>
@@ -170,12 +171,12 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
             system.constraints.add(net, {.compliance = 1e-5});
             system.add_force(springs_of<S>(net, SpringOptions{0.1, 1e-4}));
             system.add_force(aerodynamic_surface_of(net, AerodynamicDrag<S, 3>{S(1.2), 1, {{1, 0, 2}}}));
-            for (int i = 0; i < 15; ++i) system.step(0.005);
+            for (int i = 0; i < test_support::fewer_if_quick(15, 6); ++i) system.step(0.005);
             return std::pair(system.points.position.copy(), system.points.velocity.copy());
         };
         const auto one = run(1);
         CHECK(one.first[2000][1] < 0);
-        for (const int threads : {2, 3, 4, 7}) {
+        for (const int threads : test_support::other_threads) {
             const auto other = run(threads);
             CHECK(std::memcmp(one.first.data(), other.first.data(), one.first.size() * sizeof(Vec<S, 3>)) == 0);
             CHECK(std::memcmp(one.second.data(), other.second.data(), one.second.size() * sizeof(Vec<S, 3>)) == 0);

@@ -2,6 +2,7 @@
 /// \file Nets among other matter on the grid: they carry momentum both ways, stretch as they should, and bound the
 /// step.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/io/restart.hpp>
@@ -84,13 +85,13 @@ TEST_CASE("cloth and a block give the same bits for 1, 2, 3, 4 and 7 threads", "
     };
     const auto one = run(1);
     CHECK(one.size() == 17 * 17);
-    for (const int threads : {2, 3, 4, 7}) {
+    for (const int threads : test_support::other_threads) {
         const auto other = run(threads);
         CHECK(std::memcmp(one.data(), other.data(), one.size() * sizeof(V)) == 0);
     }
 }
 
-TEST_CASE("a strip of cloth that hangs is longer by rho g L^2 / 2E", "[lagrangian]") {
+TEST_CASE("a strip of cloth that hangs is longer by rho g L^2 / 2E", "[lagrangian][slow]") {
     // Without Poisson's effect, in a field of gravity along x, held at x = 0 by the wall that it begins in.
     const double young = 2e4, thickness = 1e-3, density = 100, length = 0.5, g = 9.81;
     auto walls = Walls<double, 3>::all({{0, 0, 0}}, {{1, 0.5, 0.5}}, {});

@@ -157,7 +157,7 @@ TEST_CASE("links: a rigid pendulum keeps its height, and its time is of second o
 }
 
 TEST_CASE("links: light points under a heavy load stay in line, in steps that are far too long for them",
-          "[lagrangian]") {
+          "[lagrangian][slow]") {
     // k = n w dt² T/l₀ is 2 × 200 × 9.81 × dt² / 0.05 per link: 8 for 10 ms. Along e₀ alone, the rope would not end.
     for (const double compliance : {0.0, 1e-4})
         for (const int iterations : {8, 50})

@@ -128,7 +128,7 @@ TEST_CASE("rebound: a ball at rest stays at rest, on a floor and on a ball, what
             }
 }
 
-TEST_CASE("rebound: piles come to rest with restitution", "[lagrangian]") {
+TEST_CASE("rebound: piles come to rest with restitution", "[lagrangian][slow]") {
     for (const double e : {0.0, 0.3, 0.8}) {
         CAPTURE(e);
         ParticleSystem<2, double, Verlet, Room> system(Room::all({0, 0}, {1, 5}, {Contact::separate, 0.3}));

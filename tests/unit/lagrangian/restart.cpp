@@ -73,7 +73,7 @@ private:
 
 }  // namespace
 
-TEST_CASE("Torn cloth in the wind goes on to the same bits with other numbers of threads", "[lagrangian]") {
+TEST_CASE("Torn cloth in the wind goes on to the same bits with other numbers of threads", "[lagrangian][slow]") {
     check_restart(Banner{}, 1, 3, banner_has_torn);
     check_restart(Banner{}, 4, 2, banner_has_torn);
     for (const auto update : {ConstraintUpdate::immediate, ConstraintUpdate::averaged})
@@ -127,7 +127,7 @@ TEST_CASE("Forces lose what tore and what lost a point, and stay where the progr
     for (std::size_t k = 0; k < now.size(); ++k) CHECK(now.corners(k) == then.corners(k));
 }
 
-TEST_CASE("All that is stored of a system changes how it goes on", "[lagrangian]") {
+TEST_CASE("All that is stored of a system changes how it goes on", "[lagrangian][slow]") {
     const auto infinite = std::bit_cast<std::int64_t>(std::numeric_limits<double>::infinity());
     const Altered<Banner> banner(Banner{});
     CHECK(!banner.ends_elsewhere([](auto&) {}));

@@ -1,5 +1,6 @@
 /// \file Point masses at the surfaces of boundaries: bouncing, sliding, sticking, and coming back.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/collider.hpp>
@@ -271,7 +272,7 @@ TEST_CASE("surface contact: points in float follow a boundary in double, the sam
         Collider<Sphere<double, 3>>{.shape = {0.2}, .position = {{0.5, 0.5, 0.5}}});
     auto serial = start;
     meet_surfaces(serial, boundary, 0.5, 1);
-    for (const int threads : {2, 3, 4, 7}) {
+    for (const int threads : test_support::other_threads) {
         auto points = start;
         meet_surfaces(points, boundary, 0.5, threads);
         CHECK(points.position == serial.position);

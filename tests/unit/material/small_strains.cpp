@@ -66,7 +66,7 @@ struct OfUser {
 
 }  // namespace
 
-TEST_CASE("Every material follows 5,000 to 50,000 steps that strain by less than float's last digit of 1") {
+TEST_CASE("Every material follows 5,000 to 50,000 steps that strain by less than float's last digit of 1", "[slow]") {
     check<FixedCorotated>(1e-3);
     check<FixedCorotated>(-1e-3);
     check<NeoHookean>(1e-3);

@@ -2,6 +2,7 @@
 /// \file Transfers with further passes have the same bits for any number of threads, for firn's own particles and with
 /// every execution that promises it.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 
 using namespace firn;
@@ -70,5 +71,5 @@ TEMPLATE_TEST_CASE("Steps of FLIP, AFLIP, ASFLIP and FMPM have the same bits for
     const auto one = run<TestType>(1);
     REQUIRE(one.size() > 1000);
     for (const double number : one) REQUIRE(std::isfinite(number));
-    for (const int threads : {2, 3, 4, 7}) CHECK(run<TestType>(threads) == one);
+    for (const int threads : test_support::other_threads) CHECK(run<TestType>(threads) == one);
 }

@@ -1,6 +1,7 @@
 // sanitized: no
 /// \file Particle shifting: by definition, never into a wall or a solid, and only where matter is too dense.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/firn.hpp>
 
 #include <cmath>
@@ -273,7 +274,7 @@ TEMPLATE_TEST_CASE("Shifting has the same bits for any number of threads", "", C
         simulation.add(sample_box<3>({0, 0, 0}, {0.4, 0.5, 0.4}, {.spacing = 1.0 / 32}), 1000, {1, -2, 0.5});
         simulation.add(sample_box<3>({0.3, 0.4, 0.2}, {0.5, 0.6, 0.6}, {.spacing = 1.0 / 40}), 1000, {-2, -3, 0});
         simulation.warn = {};
-        for (int step = 0; step < 60; ++step) simulation.step();
+        for (int step = 0; step < test_support::fewer_if_quick(60, 16); ++step) simulation.step();
         std::uint64_t hash = 0;  // of all bits of all particles, in no order
         const auto& particles = simulation.particles();
         std::vector<std::byte> record(particles.record_bytes());
