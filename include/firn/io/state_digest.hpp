@@ -4,7 +4,7 @@
 
 #include <firn/io/state.hpp>
 #include <firn/io/state_outline.hpp>
-#include <firn/io/vendor/xxhash.h>
+#include <firn/io/xxh3.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -19,10 +19,6 @@
 namespace firn::inline FIRN_BUILD {
 
 namespace detail {
-
-[[gnu::noinline]] inline std::uint64_t hash_bytes(std::span<const std::byte> bytes) {
-    return firn_xxhash::hash(bytes.data(), bytes.size());
-}
 
 /// Calls f(bytes) with numbers as little-endian bytes, so that a hash of them does not depend on the byte order of the
 /// machine, and returns the result of the call.
