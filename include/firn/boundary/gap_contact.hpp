@@ -149,9 +149,8 @@ inline constexpr bool acts_by_gap<GapContact<B>> = true;
 inline constexpr double boundary_reach = 0.25;
 
 /// How surfaces act on a node by the gap of particles.
-/// \tparam Nearest  a function: nearest(n) returns how far matter lies from the node along n [m]. If there is no
-/// matter,
-///                  this is not less than `none` or not a number. \see Separator::nearest
+/// \tparam Nearest  a function: nearest(n) returns how far matter lies from the node along n [m]. Without matter it
+///                  returns at least `none`, or no number.
 template <int D, class Nearest>
 struct ActByGap {
     static constexpr double none = 1e30;          ///< Above any distance [m].
