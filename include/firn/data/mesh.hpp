@@ -226,7 +226,8 @@ inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
 /// \throws parameter_error  if R is not a rotation matrix: if ‖RRᵀ − I‖ ≥ 1e-9 or det R ≤ 0
 inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
     const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
-    if (!(skew < 1e-18) || !(determinant(R) > 0)) {
+    constexpr double tolerance = 1e-9;
+    if (!(skew < tolerance * tolerance) || !(determinant(R) > 0)) {
         throw parameter_error(sentence("The matrix is no rotation: ‖RRᵀ − I‖² = ", skew, ", det R = ", determinant(R),
                                        "; it must keep lengths and not mirror. Build it with rotation(axis, angle)."));
     }
