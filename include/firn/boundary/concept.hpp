@@ -210,7 +210,7 @@ void check_boundary(const B& boundary) {
 /// Returns the boundary at a time dt [s] later: boundary.advanced(dt) if the boundary has this function, else the
 /// boundary unchanged.
 template <class B>
-B advanced(const B& boundary, double dt) {
+[[nodiscard]] B advanced(const B& boundary, double dt) {
     if constexpr (requires { boundary.advanced(dt); })
         return boundary.advanced(dt);
     else
@@ -233,7 +233,7 @@ double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<d
 /// Returns the boundary for a grid with cells of side h [m]: boundary.on_grid(h) if the boundary has this function,
 /// else the boundary unchanged.
 template <class B, class H>
-FIRN_INLINE B on_grid(const B& boundary, const H& h) {
+[[nodiscard]] FIRN_INLINE B on_grid(const B& boundary, const H& h) {
     if constexpr (requires { boundary.on_grid(h); })
         return boundary.on_grid(h);
     else

@@ -104,13 +104,13 @@ inline std::uint64_t digest_of(const StateOutline& state, const std::function<bo
 /// from memory.
 /// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
 template <state_scalar S, class Holds>
-std::uint64_t digest(const State<S>& state, const Holds& holds) {
+[[nodiscard]] std::uint64_t digest(const State<S>& state, const Holds& holds) {
     return detail::digest_of(detail::StateOutline(state), std::cref(holds));
 }
 
 /// Returns the digest of a state, with all fields included.
 template <state_scalar S>
-std::uint64_t digest(const State<S>& state) {
+[[nodiscard]] std::uint64_t digest(const State<S>& state) {
     return digest(state, [](std::string_view) { return true; });
 }
 
