@@ -42,7 +42,7 @@ template <std::floating_point Number = float>
         throw parameter_error(sentence("The band of a grid of distances is ", band, " m at a spacing of ", spacing,
                                        " m; it must be one spacing at least, and finite."));
     const InsideTest inside(mesh);
-    const NearestTriangle nearest(mesh);
+    const detail::NearestTriangle nearest(mesh);
 
     DistanceNumbers<Number, 3> grid;
     grid.spacing = spacing;
