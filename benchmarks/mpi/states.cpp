@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
         serial_writes.push_back(alone([&] { write_state(folder + "/serial.hdf", whole); }));
         writes.push_back(
             seconds(all, [&] { write_bytes = peak([&] { mpi::write_state(all, folder + "/ranks.hdf", mine); }); }));
-        serial_reads.push_back(alone([&] { read_state<float>(folder + "/serial.hdf"); }));
+        serial_reads.push_back(alone([&] { return read_state<float>(folder + "/serial.hdf"); }));
         reads.push_back(seconds(all, [&] {
             State<float> state;
             read_bytes = peak([&] { state = mpi::read_state<float>(all, folder + "/ranks.hdf"); });

@@ -340,7 +340,7 @@ long damage_meshes(const std::vector<std::string>& seeds, long count) {
             note(counts, Outcome::refused);
         }
         try {
-            firn::read_obj_points(path);
+            static_cast<void>(firn::read_obj_points(path));
         } catch (const firn::error&) {
         }
     });

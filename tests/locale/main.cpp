@@ -89,7 +89,7 @@ std::vector<Text> written(const std::filesystem::path& folder) {
             {"number of particles that do not fit", message([] { require_memory(1.5e300, "It", "Take less."); })},
             {"bytes", detail::bytes_text(3758096384.0) + detail::bytes_text(512)},
             {"error of a parameter", message([] { FixedCorotated<float>::from_young_poisson(12345.5, 0.75); })},
-            {"error in line 1001", message([&] { read_obj(wrong_file); })},
+            {"error in line 1001", message([&] { return read_obj(wrong_file); })},
             {"description of walls", run.boundary.description()}};
 }
 

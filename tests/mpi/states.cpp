@@ -266,7 +266,7 @@ TEST_CASE("A folder that is missing or cannot be written is named in one error o
     CHECK(test_support::holds(said, "No such file or directory"));
     CHECK(all.text_of(0, said) == said);
     const std::string unread =
-        test_support::message<io_error>([&] { mpi::read_state<float>(all, folder / "missing/state.hdf"); });
+        test_support::message<io_error>([&] { return mpi::read_state<float>(all, folder / "missing/state.hdf"); });
     CHECK(test_support::holds(unread, "could not open it"));
 }
 
@@ -333,7 +333,7 @@ TEST_CASE("Damage to a file is found by all ranks, wherever it is") {
         }
         all.barrier();
         const std::string said =
-            test_support::message<io_error>([&] { mpi::read_state<float>(all, folder / "bad.hdf"); });
+            test_support::message<io_error>([&] { return mpi::read_state<float>(all, folder / "bad.hdf"); });
         UNSCOPED_INFO(said << " at " << at);
         CHECK(test_support::holds(said, "does not match its digest"));
         CHECK_NOTHROW(mpi::read_state<float>(all, folder / "bad.hdf", {.verify = false}));
@@ -343,7 +343,7 @@ TEST_CASE("Damage to a file is found by all ranks, wherever it is") {
     all.barrier();
     CHECK_THROWS_AS(mpi::read_state<float>(all, folder / "bad.hdf"), io_error);
     const std::string said =
-        test_support::message<io_error>([&] { mpi::read_state<double>(all, folder / "state.hdf"); });
+        test_support::message<io_error>([&] { return mpi::read_state<double>(all, folder / "state.hdf"); });
     CHECK(test_support::holds(said, "read it with read_state<float>"));
 }
 

@@ -189,7 +189,8 @@ private:
         held.velocity = v - n * (dot(v, n) - bound);
         const auto meets_two = meets(held.velocity, node, 0, 1), meets_third = meets(held.velocity, node, 2);
         const auto meets_all = meets_two & meets_third;
-        S nearest = select(meets_all, square_of_change(held.velocity), S(1e30));
+        constexpr double beyond_any = 1e30;  // [m²/s²]
+        S nearest = select(meets_all, square_of_change(held.velocity), S(beyond_any));
         S first = S(-1), second = S(-1);  // which demands hold on
         const auto take = [&](const mask_t<S>& allowed, const V& w, int i, int j) FIRN_LAMBDA {
             const S square = square_of_change(w);
@@ -341,7 +342,7 @@ private:
         const auto on_two = node.has(1);
 
         const V relative = node.velocity - solid, tangential = relative - n * dot(relative, n);
-        const S speed = sqrt(max(dot(tangential, tangential), S(1e-30)));
+        const S speed = sqrt(max(dot(tangential, tangential), S(detail::least_square)));
         const V in_plane = tangential * (max(speed - node.friction.v[0], S(0)) / speed - S(1));
 
         const V across = cross(n, node.normal[1]);

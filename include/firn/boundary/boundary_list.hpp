@@ -6,8 +6,6 @@
 #include <firn/core/lanes.hpp>
 #include <firn/core/names.hpp>
 
-#include <algorithm>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -50,6 +48,12 @@ struct BoundaryList {
         other.all.reserve(all.size());
         for (const B& one : all) other.all.push_back(lift<T>(one));
         return other;
+    }
+
+    /// Calls f(boundary) for each boundary.
+    template <class F>
+    FIRN_INLINE void for_members(const F& f) const {
+        for (const B& one : all) f(one);
     }
 
     /// Checks each boundary.
@@ -103,43 +107,12 @@ struct BoundaryList {
         for (const B& one : all) one.surfaces(x, seen);
     }
 
-    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
-    double exact_up_to() const {
-        double least = std::numeric_limits<double>::infinity();
-        for (const B& one : all) least = std::min(least, firn::exact_up_to(one));
-        return least;
-    }
-
     /// Returns true if at least one of the boundaries may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
-        return reach_together(int(all.size()), part, lower, upper);
-    }
-    /// Returns a distance [m]: only other solids within this distance of a node can change how a boundary of the list
-    /// acts on the node. \see firn::looks_around
-    double looks_around() const {
-        double farthest = 0;
-        for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
-        return farthest;
+        return detail::reach_together(*this, lower, upper);
     }
 
-    /// Returns the largest speed [m/s] that one of the boundaries gives to nodes in the box [lower, upper] [m]. \see
-    /// firn::largest_speed
-    template <int D>
-    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        double largest = 0;
-        for (const B& one : all) largest = std::max(largest, firn::largest_speed(one, lower, upper));
-        return largest;
-    }
-
-    /// Returns the number of parts of all boundaries in the list. A boundary that is not divided into parts counts as
-    /// one part.
-    int part_count() const {
-        int count = 0;
-        for (const B& one : all) count += firn::part_count(one);
-        return count;
-    }
     /// Calls f(part, others, k) for each part of all boundaries in the list. \see firn::for_parts
     template <class Others, class F>
     FIRN_INLINE void for_parts(const Others& others, const F& f, int first) const {
@@ -154,38 +127,16 @@ struct BoundaryList {
             first += firn::part_count(one);
         }
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k counts the
-    /// parts of all boundaries in the list, from 0. \see firn::part_centre
-    template <int D>
-    Vec<double, D> centre_of_part(int k) const {
-        for (const B& one : all) {
-            const int count = firn::part_count(one);
-            if (k < count) return part_centre<D>(one, k);
-            k -= count;
-        }
-        return Vec<double, D>::zero();
-    }
 
     /// Calls `seen` for the mirrored walls of all boundaries. \see has_mirrors
     template <class Seen>
         requires has_mirrors<B>
     void mirrors(const Seen& seen) const {
-        int first = 0;
-        for (const B& one : all) {
-            one.mirrors([&](auto axis, auto position, auto inward, auto contact, auto friction, int k) {
-                seen(axis, position, inward, contact, friction, first + k);
-            });
-            first += firn::part_count(one);
-        }
+        detail::mirrors_together(*this, seen);
     }
 
     /// Returns the descriptions of the boundaries, separated by "; ", as they are written into files.
-    std::string description() const {
-        std::string text;
-        if constexpr (requires(const B one) { one.description(); })
-            for (const B& one : all) text += (text.empty() ? "" : "; ") + one.description();
-        return text;
-    }
+    std::string description() const { return detail::descriptions(*this); }
 };
 
 }  // namespace firn::inline FIRN_BUILD

@@ -340,7 +340,7 @@ private:
         const S cell = S(cell_size);
         const auto along = [&](const Vec<S, D>& left) FIRN_LAMBDA {
             const S square = dot(left, left);
-            const auto moves = S(1e-30) < square;
+            const auto moves = S(detail::least_square) < square;
             return left * select(moves, cell / sqrt(select(moves, square, S(1))), S(0));
         };
         Vec<S, D> out = normal * (thick - distance), left = v - normal * dot(v, normal), first = normal;

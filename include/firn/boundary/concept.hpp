@@ -36,6 +36,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 #include <tuple>
 #include <type_traits>
 
@@ -118,10 +119,10 @@ struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
     requires requires { made_for<First>::D; }
 struct made_for_first<First, Rest...> : made_for<First> {};
-/// Whether the boundary type B consists of other boundaries: Together, BoundaryList, GapContact.
+/// Whether the boundary type B consists of other boundaries: Together, BoundaryList, GapContact. It then has a function
+/// for_members(f), which calls f with each of them.
 template <class B>
-concept has_boundaries =
-    requires(B all) { all.parts; } || requires(B all) { all.all; } || requires(B all) { all.boundary; };
+concept has_boundaries = requires(const B all) { all.for_members(AnySurface{}); };
 template <template <class...> class All, class First, class... Rest>
     requires has_boundaries<All<First, Rest...>>
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
@@ -192,12 +193,8 @@ namespace detail {
 /// gap between matter and its surface, so that matter touches the surface. \see GapContact
 template <class B, class F>
 FIRN_INLINE void for_single_parts(const B& boundary, const F& f, bool by_gap = false) {
-    if constexpr (requires { boundary.parts; })
-        std::apply([&](const auto&... part) FIRN_LAMBDA { (for_single_parts(part, f, by_gap), ...); }, boundary.parts);
-    else if constexpr (requires { boundary.all.size(); })
-        for (const auto& one : boundary.all) for_single_parts(one, f, by_gap);
-    else if constexpr (acts_by_gap<B>)
-        for_single_parts(boundary.boundary, f, true);
+    if constexpr (has_boundaries<B>)
+        boundary.for_members([&](const auto& one) FIRN_LAMBDA { for_single_parts(one, f, by_gap || acts_by_gap<B>); });
     else
         f(boundary, by_gap);
 }
@@ -213,7 +210,7 @@ void check_boundary(const B& boundary) {
 /// Returns the boundary at a time dt [s] later: boundary.advanced(dt) if the boundary has this function, else the
 /// boundary unchanged.
 template <class B>
-B advanced(const B& boundary, double dt) {
+[[nodiscard]] B advanced(const B& boundary, double dt) {
     if constexpr (requires { boundary.advanced(dt); })
         return boundary.advanced(dt);
     else
@@ -224,48 +221,63 @@ B advanced(const B& boundary, double dt) {
 /// limits the time step. Returns zero for a boundary without largest_speed().
 template <class B, int D>
 double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<double, D>& upper) {
+    double largest = 0;
     if constexpr (requires { boundary.largest_speed(lower, upper); })
-        return boundary.largest_speed(lower, upper);
-    else
-        return 0;
+        largest = boundary.largest_speed(lower, upper);
+    else if constexpr (detail::has_boundaries<B>)
+        boundary.for_members(
+            [&](const auto& one) { largest = std::max(largest, firn::largest_speed(one, lower, upper)); });
+    return largest;
 }
 
 /// Returns the boundary for a grid with cells of side h [m]: boundary.on_grid(h) if the boundary has this function,
 /// else the boundary unchanged.
 template <class B, class H>
-FIRN_INLINE B on_grid(const B& boundary, const H& h) {
+[[nodiscard]] FIRN_INLINE B on_grid(const B& boundary, const H& h) {
     if constexpr (requires { boundary.on_grid(h); })
         return boundary.on_grid(h);
     else
         return boundary;
 }
 
-// A boundary may have parts, whose reactions are recorded separately. Such a boundary has part_count(),
-// template centre_of_part<D>(k), and for_parts(others, f, first). The surfaces of all parts act at once, see
+// A boundary may have parts, whose reactions are recorded separately. Such a boundary has for_parts(others, f, first),
+// and for_members(f), or part_count() and template centre_of_part<D>(k). The surfaces of all parts act at once, see
 // at_once.hpp; a part without acting_surfaces() acts after them, in the order of the parts.
 //
 // The effect of a part may depend on the surfaces of other solids. For such a part, `others` is a function: others(x,
 // seen) calls `seen` for each surface of the other solids. The arguments of `seen` are explained at has_surfaces.
 
-/// Returns the number of a boundary's parts; 1 for a boundary without part_count().
+/// Returns the number of a boundary's parts: of a Together, BoundaryList or GapContact, of those of all its boundaries;
+/// of a boundary without part_count(), 1.
 template <class B>
 int part_count(const B& boundary) {
+    int count = 0;
     if constexpr (requires { boundary.part_count(); })
-        return boundary.part_count();
+        count = boundary.part_count();
+    else if constexpr (detail::has_boundaries<B>)
+        boundary.for_members([&](const auto& one) { count += firn::part_count(one); });
     else
-        return 1;
+        count = 1;
+    return count;
 }
 
 /// Returns the point [m] about which the torque on part k is computed: the part's position if it has one, else the
-/// origin.
+/// origin, also if there is no part k.
+/// \param k  index of a part, from 0 to part_count() − 1
 template <int D, class B>
 Vec<double, D> part_centre(const B& boundary, int k) {
+    Vec<double, D> centre = Vec<double, D>::zero();
     if constexpr (requires { boundary.template centre_of_part<D>(k); })
-        return boundary.template centre_of_part<D>(k);
+        centre = boundary.template centre_of_part<D>(k);
+    else if constexpr (detail::has_boundaries<B>)
+        boundary.for_members([&](const auto& one) {
+            const int count = firn::part_count(one);
+            if (k >= 0 && k < count) centre = firn::part_centre<D>(one, k);
+            k -= count;
+        });
     else if constexpr (requires { boundary.position; })
-        return cast<double>(boundary.position);
-    else
-        return Vec<double, D>::zero();
+        centre = cast<double>(boundary.position);
+    return centre;
 }
 
 /// A function object to pass as `others` where there are no other solids.
@@ -341,40 +353,72 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
 /// is true. Returns zero for a boundary without looks_around().
 template <class B>
 double looks_around(const B& boundary) {
+    double farthest = 0;
     if constexpr (requires { boundary.looks_around(); })
-        return boundary.looks_around();
-    else
-        return 0;
+        farthest = boundary.looks_around();
+    else if constexpr (detail::has_boundaries<B>)
+        boundary.for_members([&](const auto& one) { farthest = std::max(farthest, firn::looks_around(one)); });
+    return farthest;
 }
 
-/// Returns true if at least one of `count` boundaries may change nodes in the box [lower, upper] [m], either alone or
-/// because another of these boundaries is near. \see looks_around
-/// \param part  a function: part(k, f) calls f with boundary k, for k from 0 to count − 1
-template <int D, class Part>
-bool reach_together(int count, const Part& part, const Vec<double, D>& lower, const Vec<double, D>& upper) {
+namespace detail {
+
+/// Returns true if at least one of a boundary's boundaries may change nodes in the box [lower, upper] [m], either alone
+/// or because another of them is near. \see looks_around
+template <has_boundaries All, int D>
+bool reach_together(const All& all, const Vec<double, D>& lower, const Vec<double, D>& upper) {
     bool reached = false;
     double around = 0;
-    for (int k = 0; k < count && !reached; ++k)
-        part(k, [&](const auto& one) {
-            reached = one.reaches(lower, upper);
-            around = std::max(around, looks_around(one));
-        });
+    all.for_members([&](const auto& one) {
+        if (reached) return;
+        reached = one.reaches(lower, upper);
+        around = std::max(around, looks_around(one));
+    });
     if (reached || around == 0) return reached;
     int near = 0;
     const Vec<double, D> margin = Vec<double, D>::filled(around);
-    for (int k = 0; k < count && near < 2; ++k)
-        part(k, [&](const auto& one) { near += one.reaches(lower - margin, upper + margin); });
+    all.for_members([&](const auto& one) { near += near < 2 && one.reaches(lower - margin, upper + margin); });
     return near == 2;
 }
+
+/// Calls `seen` for the mirrored walls of all of a boundary's boundaries. \see has_mirrors
+template <has_boundaries All, class Seen>
+void mirrors_together(const All& all, const Seen& seen) {
+    int first = 0;
+    all.for_members([&]<class B>(const B& one) {
+        if constexpr (requires { one.mirrors(seen); })
+            one.mirrors([&](auto axis, auto position, auto inward, auto contact, auto friction, int k) {
+                seen(axis, position, inward, contact, friction, first + k);
+            });
+        first += part_count(one);
+    });
+}
+
+/// Returns the descriptions of all of a boundary's boundaries, separated by "; ".
+template <has_boundaries All>
+std::string descriptions(const All& all) {
+    std::string text;
+    all.for_members([&](const auto& one) {
+        if constexpr (requires { one.description(); }) {
+            if (!text.empty()) text += "; ";
+            text += one.description();
+        }
+    });
+    return text;
+}
+
+}  // namespace detail
 
 /// Returns the distance [m] from which on the distances that a boundary's surfaces() tells are not exact; infinite for
 /// a boundary without exact_up_to().
 template <class B>
 double exact_up_to(const B& boundary) {
+    double least = std::numeric_limits<double>::infinity();
     if constexpr (requires { boundary.exact_up_to(); })
-        return boundary.exact_up_to();
-    else
-        return std::numeric_limits<double>::infinity();
+        least = boundary.exact_up_to();
+    else if constexpr (detail::has_boundaries<B>)
+        boundary.for_members([&](const auto& one) { least = std::min(least, firn::exact_up_to(one)); });
+    return least;
 }
 
 /// Whether B has a function `surfaces(x, seen)`. The function reports where the surfaces of the boundary are, seen from

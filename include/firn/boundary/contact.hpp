@@ -54,7 +54,7 @@ FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>
     const Vec<S, D> tangential = v - normal * outward;
     // The tangential speed, but at least 1e-15 m/s, so that derivatives exist at rest. Friction stops matter that moves
     // more slowly; without friction this matter keeps its velocity.
-    const S speed = named("speed", sqrt(max(dot(tangential, tangential), S(1e-30))));
+    const S speed = named("speed", sqrt(max(dot(tangential, tangential), S(detail::least_square))));
     const S kept = named("kept", max(speed + friction * into, S(0)) / speed);
     const Vec<S, D> after = tangential * kept;
     return contact == Contact::slip ? after : after + normal * max(outward, S(0));

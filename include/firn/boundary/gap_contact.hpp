@@ -65,6 +65,12 @@ struct GapContact {
     static constexpr const char* name = detail::joined_names<detail::named_gap_contact, B>::text;
     static constexpr auto parameters() { return std::tuple{parameter{"by_gap", "", &GapContact::boundary}}; }
 
+    /// Calls f(boundary).
+    template <class F>
+    FIRN_INLINE void for_members(const F& f) const {
+        f(boundary);
+    }
+
     /// Checks the boundary.
     /// \throws parameter_error if check() of the boundary throws it
     void check() const { check_boundary(boundary); }
@@ -103,31 +109,17 @@ struct GapContact {
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         return boundary.reaches(lower, upper);
     }
-    /// Returns the largest speed [m/s] that the boundary gives to nodes in the box [lower, upper] [m].
-    template <int D>
-    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        return firn::largest_speed(boundary, lower, upper);
-    }
     /// Calls `seen` for the surfaces of the boundary. \see has_surfaces
     template <class S, int D, class Seen>
         requires has_surfaces<B, S, D>
     void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         boundary.surfaces(x, seen);
     }
-    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
-    double exact_up_to() const { return firn::exact_up_to(boundary); }
     /// Calls `seen` for the mirrored walls of the boundary. \see has_mirrors
     template <class Seen>
         requires has_mirrors<B>
     void mirrors(const Seen& seen) const {
         boundary.mirrors(seen);
-    }
-    /// Returns the number of the boundary's parts.
-    int part_count() const { return firn::part_count(boundary); }
-    /// Returns the point [m] about which the torque on part k is computed. \see firn::part_centre
-    template <int D>
-    Vec<double, D> centre_of_part(int k) const {
-        return part_centre<D>(boundary, k);
     }
     /// Returns the description of the boundary, as it is written into files: "by the gap of particles: …".
     std::string description() const {
@@ -149,9 +141,8 @@ inline constexpr bool acts_by_gap<GapContact<B>> = true;
 inline constexpr double boundary_reach = 0.25;
 
 /// How surfaces act on a node by the gap of particles.
-/// \tparam Nearest  a function: nearest(n) returns how far matter lies from the node along n [m]. If there is no
-/// matter,
-///                  this is not less than `none` or not a number. \see Separator::nearest
+/// \tparam Nearest  a function: nearest(n) returns how far matter lies from the node along n [m]. Without matter it
+///                  returns at least `none`, or no number.
 template <int D, class Nearest>
 struct ActByGap {
     static constexpr double none = 1e30;          ///< Above any distance [m].

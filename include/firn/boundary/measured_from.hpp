@@ -14,6 +14,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// A boundary that does not have measured_from(), for positions that are measured from a corner: it gets the positions
 /// that it knows.
 template <class B, int D>
@@ -63,6 +65,8 @@ struct InMetres {
     /// @}
 };
 
+}  // namespace detail
+
 /// Returns the boundary for positions that are measured from `corner` [m]: boundary.measured_from(corner) if the
 /// boundary has this function, else the boundary with a corner that it adds to positions.
 template <class B, int D>
@@ -70,7 +74,7 @@ FIRN_INLINE auto measured_from(const B& boundary, const Vec<double, D>& corner) 
     if constexpr (requires { boundary.measured_from(corner); })
         return boundary.measured_from(corner);
     else
-        return InMetres<B, D>{boundary, corner};
+        return detail::InMetres<B, D>{boundary, corner};
 }
 
 /// Whether a boundary of type B, or one of its parts, gets positions as they are, because it does not have
@@ -79,7 +83,7 @@ template <class B, int D>
 constexpr bool sees_metres() {
     bool sees = false;
     using Measured = decltype(measured_from(std::declval<const B&>(), Vec<double, D>{}));
-    if constexpr (std::same_as<Measured, InMetres<B, D>>)
+    if constexpr (std::same_as<Measured, detail::InMetres<B, D>>)
         sees = true;
     else if constexpr (requires(const B all) { all.parts; })
         []<class... Part>(std::type_identity<std::tuple<Part...>>, bool& any) {

@@ -95,7 +95,7 @@ FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
     Vec<S, D> up = Vec<S, D>::zero();
     up[1] = S(1);
     const S square = dot(v, v);
-    const auto long_enough = S(1e-30) < square;
+    const auto long_enough = S(detail::least_square) < square;
     return select(long_enough, v * (S(1) / sqrt(select(long_enough, square, S(1)))), up);
 }
 

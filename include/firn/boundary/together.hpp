@@ -3,10 +3,8 @@
 
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/measured_from.hpp>
-#include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 
-#include <algorithm>
 #include <iterator>
 #include <string>
 #include <tuple>
@@ -72,10 +70,16 @@ struct Together {
         return std::apply([](const auto&... part) { return with_scalar<T>(lift<T>(part)...); }, parts);
     }
 
+    /// Calls f(part) for each part.
+    template <class F>
+    FIRN_INLINE void for_members(const F& f) const {
+        std::apply([&](const auto&... part) FIRN_LAMBDA { (f(part), ...); }, parts);
+    }
+
     /// Checks each part.
     /// \throws parameter_error if check() of a part throws it
     void check() const {
-        std::apply([](const auto&... part) { (check_boundary(part), ...); }, parts);
+        for_members([](const auto& part) { check_boundary(part); });
     }
 
     /// Returns this boundary at a time dt [s] later: every part is replaced by firn::advanced(part, dt).
@@ -119,40 +123,12 @@ struct Together {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { std::get<i>(parts).surfaces(x, seen); });
     }
 
-    /// Returns the distance [m] from which on the distances of surfaces() are not exact. \see firn::exact_up_to
-    double exact_up_to() const {
-        return std::apply([](const auto&... part) { return std::min({firn::exact_up_to(part)...}); }, parts);
-    }
-
     /// Returns true if at least one of the parts may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        const auto part = [&](int k, const auto& f) {
-            unroll<int(sizeof...(B))>([&](auto i) {
-                if (k == int(i)) f(std::get<i>(parts));
-            });
-        };
-        return reach_together(int(sizeof...(B)), part, lower, upper);
-    }
-    /// Returns a distance [m]: only other solids within this distance of a node can change how a part acts on the node.
-    /// \see firn::looks_around
-    double looks_around() const {
-        return std::apply([](const auto&... part) { return std::max({firn::looks_around(part)...}); }, parts);
+        return detail::reach_together(*this, lower, upper);
     }
 
-    /// Returns the largest speed [m/s] that a part gives to nodes in the box [lower, upper] [m]. \see
-    /// firn::largest_speed
-    template <int D>
-    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        return std::apply([&](const auto&... part) { return std::max({firn::largest_speed(part, lower, upper)...}); },
-                          parts);
-    }
-
-    /// Returns the number of parts. If a part is itself of type Together or BoundaryList, the parts in this part are
-    /// counted instead.
-    int part_count() const {
-        return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
-    }
     /// Calls f(part, others, k) for each part. If a part is itself of type Together or BoundaryList, the parts in this
     /// part are meant instead. \see firn::for_parts
     template <class Others, class F>
@@ -167,44 +143,16 @@ struct Together {
             first += firn::part_count(part);
         });
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the index
-    /// of a part, from 0 to part_count() − 1. \see firn::part_centre
-    template <int D>
-    Vec<double, D> centre_of_part(int k) const {
-        Vec<double, D> centre = Vec<double, D>::zero();
-        unroll<int(sizeof...(B))>([&](auto i) {
-            const int count = firn::part_count(std::get<i>(parts));
-            if (k >= 0 && k < count) centre = firn::part_centre<D>(std::get<i>(parts), k);
-            k -= count;
-        });
-        return centre;
-    }
 
     /// Calls `seen` for the mirrored walls of all parts. \see has_mirrors
     template <class Seen>
         requires(has_mirrors<B> || ...)
     void mirrors(const Seen& seen) const {
-        int first = 0;
-        const auto look = [&](const auto& part) {
-            if constexpr (has_mirrors<std::remove_cvref_t<decltype(part)>>)
-                part.mirrors([&](auto axis, auto position, auto inward, auto contact, auto friction, int k) {
-                    seen(axis, position, inward, contact, friction, first + k);
-                });
-            first += firn::part_count(part);
-        };
-        std::apply([&](const auto&... part) { (look(part), ...); }, parts);
+        detail::mirrors_together(*this, seen);
     }
 
     /// Returns the descriptions of the parts, separated by "; ", as they are written into files.
-    std::string description() const {
-        std::string text;
-        const auto add = [&](const auto& part) {
-            if constexpr (requires { part.description(); })
-                text += sentence(text.empty() ? "" : "; ", part.description());
-        };
-        std::apply([&](const auto&... part) { (add(part), ...); }, parts);
-        return text;
-    }
+    std::string description() const { return detail::descriptions(*this); }
 
 private:
     /// Calls `seen` for the surfaces of all parts except part i.

@@ -11,7 +11,7 @@
 #include <bit>
 #include <concepts>
 #include <cstdint>
-#include <ranges>
+#include <iterator>
 #include <type_traits>
 
 namespace firn::inline FIRN_BUILD {
@@ -47,9 +47,10 @@ public:
     }
     /// Adds the number of elements of a list, and the elements: numbers, vectors or lists. A text is a list of
     /// characters.
-    template <std::ranges::sized_range List>
+    template <class List>
+        requires requires(const List& list) { std::size(list), std::begin(list); }
     Digest& add(const List& list) {
-        add(std::uint64_t(std::ranges::size(list)));
+        add(std::uint64_t(std::size(list)));
         for (const auto& element : list) add(element);
         return *this;
     }

@@ -84,65 +84,89 @@ namespace detail {
     return exactly ? exact_text(number) : rounded_text(number, 9);
 }
 
-/// One argument of sentence(): a text or a number. All arguments are converted to this type, so that a single function
-/// can join the parts of every sentence.
-class Part {
-public:
-    Part(const char* text) : Part(std::string_view(text)) {}
-    Part(const std::string& text) : Part(std::string_view(text)) {}
-    Part(std::string_view text) : kind_(Kind::text), text_(text) {}
-    Part(const char& letter) : Part(std::string_view(&letter, 1)) {}
-    template <std::integral I>
-    Part(I number) : kind_(std::signed_integral<I> ? Kind::integer : Kind::natural), integer_(std::int64_t(number)) {}
-    template <std::floating_point S>
-    Part(S number) : kind_(Kind::number), number_(double(number)) {}
+/// One argument of sentence(), in eight bytes: a number, or the address of a text.
+union PartOfSentence {
+    const char* text;
+    const std::string* string;
+    const std::string_view* view;
+    double number;
+    std::int64_t integer;
+};
+enum class PartKind : char { text, string, view, letter, integer, natural, number, path };
 
-    void append_to(std::string& sentence) const {
-        if (kind_ == Kind::text) {
-            sentence.append(text_.data(), text_.size());
-            return;
-        }
-        sentence += kind_ == Kind::number    ? rounded_text(number_, 9)
-                    : kind_ == Kind::integer ? std::to_string(integer_)
-                                             : std::to_string(std::uint64_t(integer_));
-    }
-
-private:
-    enum class Kind { text, number, integer, natural } kind_;
-    union {
-        std::string_view text_;
-        double number_;
-        std::int64_t integer_;
-    };
+template <PartKind Kind>
+struct Part {
+    PartOfSentence value;
+    static constexpr PartKind kind = Kind;
 };
 
-/// Converts an argument of sentence() to a type from which a Part can be made: a path as a text in quotes, a
-/// std::atomic as its value, and any other argument unchanged.
+/// Converts an argument of sentence() to a Part.
 /// @{
+[[gnu::always_inline]] inline Part<PartKind::text> part(const char* text) { return {{.text = text}}; }
+[[gnu::always_inline]] inline Part<PartKind::string> part(const std::string& text) { return {{.string = &text}}; }
+[[gnu::always_inline]] inline Part<PartKind::view> part(const std::string_view& text) { return {{.view = &text}}; }
+[[gnu::always_inline]] inline Part<PartKind::letter> part(char letter) { return {{.integer = letter}}; }
+template <std::signed_integral I>
+[[gnu::always_inline]] inline Part<PartKind::integer> part(I number) {
+    return {{.integer = number}};
+}
+template <std::unsigned_integral I>
+[[gnu::always_inline]] inline Part<PartKind::natural> part(I number) {
+    return {{.integer = std::int64_t(number)}};
+}
+template <std::floating_point S>
+[[gnu::always_inline]] inline Part<PartKind::number> part(S number) {
+    return {{.number = double(number)}};
+}
 template <class T>
     requires requires(const T& path) { path.root_directory(); }
-std::string part_of(const T& path) {
-    std::string text = "\"";
-    for (const char c : path.string()) {
-        if (c == '"' || c == '\\') text += '\\';
-        text += c;
-    }
-    return text += '"';
+[[gnu::always_inline]] inline Part<PartKind::path> part(const T& path) {
+    return {{.string = &path.native()}};
 }
 template <class T>
     requires requires(const T& atomic) { atomic.load(); }
-auto part_of(const T& atomic) {
-    return atomic.load();
-}
-template <class T>
-const T& part_of(const T& part) {
-    return part;
+[[gnu::always_inline]] inline auto part(const T& atomic) {
+    return part(atomic.load());
 }
 /// @}
 
-[[gnu::cold]] inline std::string joined(std::initializer_list<Part> parts) {
+/// The kinds of a sentence's parts, in their order. They are known when a call is compiled, and need no code there.
+template <PartKind... Kinds>
+inline constexpr PartKind part_kinds[] = {Kinds...};
+
+[[gnu::cold, gnu::noinline]] inline std::string joined(std::initializer_list<PartOfSentence> parts,
+                                                       const PartKind* kind) {
     std::string sentence;
-    for (const Part& part : parts) part.append_to(sentence);
+    for (const PartOfSentence& each : parts) switch (*kind++) {
+            case PartKind::text:
+                sentence += each.text;
+                break;
+            case PartKind::string:
+                sentence += *each.string;
+                break;
+            case PartKind::view:
+                sentence += *each.view;
+                break;
+            case PartKind::letter:
+                sentence += char(each.integer);
+                break;
+            case PartKind::integer:
+                sentence += std::to_string(each.integer);
+                break;
+            case PartKind::natural:
+                sentence += std::to_string(std::uint64_t(each.integer));
+                break;
+            case PartKind::number:
+                sentence += rounded_text(each.number, 9);
+                break;
+            case PartKind::path:
+                sentence += '"';
+                for (const char c : *each.string) {
+                    if (c == '"' || c == '\\') sentence += '\\';
+                    sentence += c;
+                }
+                sentence += '"';
+        }
     return sentence;
 }
 
@@ -151,7 +175,7 @@ const T& part_of(const T& part) {
     std::string text = "(";
     for (int a = 0; a < dimension; ++a) {
         if (a > 0) text.append(", ", 2);
-        Part(x[a]).append_to(text);
+        text += rounded_text(x[a], 9);
     }
     text.append(")", 1);
     return text;
@@ -162,8 +186,8 @@ const T& part_of(const T& part) {
 /// Joins texts, numbers and paths to one message: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
 /// Floating-point numbers are written with up to nine significant digits, and paths are written in quotes.
 template <class... Parts>
-[[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
-    return detail::joined({detail::Part(detail::part_of(parts))...});
+[[gnu::always_inline]] inline std::string sentence(const Parts&... parts) {
+    return detail::joined({detail::part(parts).value...}, detail::part_kinds<decltype(detail::part(parts))::kind...>);
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -201,7 +201,7 @@ private:
     std::array<std::int64_t, size> digits_{};
 };
 
-/// Returns the digits of several sums, one after another. \see ExactSum::digits
+/// Returns the digits of several sums, one after another.
 inline std::span<std::int64_t> digits_of(std::span<ExactSum> sums) {
     static_assert(sizeof(ExactSum) == ExactSum::size * sizeof(std::int64_t));
     return {reinterpret_cast<std::int64_t*>(sums.data()), sums.size() * ExactSum::size};

@@ -159,11 +159,12 @@ public:
     std::string string() {
         expect('"');
         std::string value;
-        for (; at_ < text_.size() && text_[at_] != '"'; ++at_) {
-            if (text_[at_] == '\\')
-                append_escaped(value);
+        while (at_ < text_.size() && text_[at_] != '"') {
+            const char c = text_[at_++];
+            if (c == '\\')
+                append_utf8(value, escaped());
             else
-                value += text_[at_];
+                value += c;
         }
         expect('"');
         return value;
@@ -229,48 +230,33 @@ public:
     }
 
 private:
-    /// Reads the escape sequence whose backslash is at index at_, and appends the character that the sequence means to
-    /// `value`. Afterwards at_ is the index of the last character of the escape sequence.
-    void append_escaped(std::string& value) {
+    /// Reads what follows a backslash, and returns the character that it means.
+    std::uint32_t escaped() {
         constexpr std::string_view signs = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
+        const char sign = at_ < text_.size() ? text_[at_] : '\0';
+        if (const auto found = signs.find(sign); found < signs.size()) return ++at_, std::uint32_t(meant[found]);
+        if (sign != 'u') fail("one of \" \\ / b f n r t u after a backslash");
         ++at_;
-        const std::size_t sign = at_ < text_.size() ? signs.find(text_[at_]) : std::string_view::npos;
-        if (sign != std::string_view::npos) return void(value += meant[sign]);
-        if (at_ >= text_.size() || text_[at_] != 'u') fail("one of \" \\ / b f n r t u after a backslash");
-        std::uint32_t code = four_digits();
-        if (code >= 0xd800 && code < 0xdc00) {  // the first half of a surrogate pair
-            at_ += 1;
-            if (text_.substr(at_, 2) != "\\u") fail("the second half of a pair, \\udc00 to \\udfff");
-            ++at_;
-            const std::uint32_t low = four_digits();
-            if (low < 0xdc00 || low > 0xdfff) fail("the second half of a pair, \\udc00 to \\udfff");
-            code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
-        } else if (code >= 0xdc00 && code < 0xe000) {
-            fail("the first half of a pair, \\ud800 to \\udbff, before its second");
-        }
-        const auto tail = [&](int shift) { value += char(0x80 | (code >> shift & 0x3f)); };
-        if (code < 0x80) {
-            value += char(code);
-        } else if (code < 0x800) {
-            value += char(0xc0 | code >> 6);
-            tail(0);
-        } else if (code < 0x10000) {
-            value += char(0xe0 | code >> 12);
-            tail(6), tail(0);
-        } else {
-            value += char(0xf0 | code >> 18);
-            tail(12), tail(6), tail(0);
-        }
+        const std::uint32_t code = four_digits();
+        if (code < 0xd800 || code > 0xdfff) return code;
+        if (code >= 0xdc00) fail("the first half of a pair, \\ud800 to \\udbff, before its second");
+        std::uint32_t low = 0;
+        if (text_.substr(at_, 2) == "\\u") at_ += 2, low = four_digits();
+        if (low < 0xdc00 || low > 0xdfff) fail("the second half of a pair, \\udc00 to \\udfff");
+        return 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
     }
-    /// Reads the four hexadecimal digits after the u at index at_, and returns the number that they mean. Afterwards
-    /// at_ is the index of the last digit.
     std::uint32_t four_digits() {
         std::uint32_t code = 0;
-        const std::string_view digits = text_.substr(at_ + 1, 4);
+        const std::string_view digits = text_.substr(at_, 4);
         const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), code, 16);
-        if (digits.size() < 4 || failure != std::errc{} || end != digits.data() + 4) fail("four digits after \\u");
+        if (failure != std::errc{} || end != digits.data() + 4) fail("four digits after \\u");
         at_ += 4;
         return code;
+    }
+    static void append_utf8(std::string& text, std::uint32_t code) {
+        int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // bytes after the first
+        text += char(more == 0 ? code : (0xff00U >> (more + 1) & 0xff) | code >> (6 * more));
+        while (more-- > 0) text += char(0x80 | (code >> (6 * more) & 0x3f));
     }
     void skip_space() {
         while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos) ++at_;

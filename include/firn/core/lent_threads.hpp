@@ -108,7 +108,7 @@ inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 ///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // may run late
 ///         work(0);
 ///     });
-class LentThreads {
+class [[nodiscard]] LentThreads {
 public:
     /// Makes the calling thread's loops run on threads that `lend` provides, as long as this object lives.
     /// \param lend  called once for each step or stage, on the thread that starts the step or stage

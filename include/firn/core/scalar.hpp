@@ -149,6 +149,15 @@ FIRN_INLINE constexpr const S& settled(const S& x) {
 template <class S>
 concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;
 
+namespace detail {
+/// A length, a speed or another size below this is not divided by [unit of the size]. Its inverse and the square of the
+/// inverse are numbers that a float holds.
+/// @{
+inline constexpr double least_size = 1e-15;
+inline constexpr double least_square = 1e-30;  ///< The square of least_size.
+/// @}
+}  // namespace detail
+
 /// Returns the smaller one of a and b, in each lane.
 template <scalar S>
 FIRN_INLINE constexpr S min(const S& a, const S& b) {

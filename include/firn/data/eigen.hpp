@@ -81,7 +81,7 @@ auto points_of(const Eigen::MatrixBase<E>& columns) {
 /// column of `triangles` has the three vertex indices (counted from 0) of one triangle.
 /// \throws parameter_error  if one of the matrices does not have 3 rows
 template <class V, class T>
-TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
+[[nodiscard]] TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
     if (triangles.rows() != 3)
         throw parameter_error(sentence("Triangles are given as ", triangles.rows(), " × ", triangles.cols(),
                                        " indices; give a column of 3 for each."));

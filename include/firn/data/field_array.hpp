@@ -9,6 +9,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// The values of one field, one value per particle. The particle store owns the memory of the values, and only the
 /// store can change how many there are.
 template <class T>
@@ -50,5 +52,7 @@ private:
     T* data_ = nullptr;
     std::size_t size_ = 0;
 };
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -183,14 +183,14 @@ inline std::vector<MeshEdge> closed_edges(const TriangleMesh& mesh) {
 inline void check_closed(const TriangleMesh& mesh) { detail::closed_edges(mesh); }
 
 /// Returns the mesh turned inside out: every triangle faces the opposite side.
-inline TriangleMesh reversed(TriangleMesh mesh) {
+[[nodiscard]] inline TriangleMesh reversed(TriangleMesh mesh) {
     for (auto& corners : mesh.triangles) std::swap(corners[1], corners[2]);
     return mesh;
 }
 
 /// Returns the mesh moved by `offset` [m].
 /// \throws parameter_error  if the offset is not finite
-inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& offset) {
+[[nodiscard]] inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& offset) {
     if (!detail::is_finite(offset)) {
         throw parameter_error(
             sentence("A mesh cannot be moved by ", detail::describe(offset), "; give finite metres."));
@@ -200,7 +200,7 @@ inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& o
 
 /// Returns the mesh with all positions multiplied by `factor`.
 /// \throws parameter_error  if the factor is not finite or not above 0
-inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
+[[nodiscard]] inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     if (!(factor > 0) || !std::isfinite(factor)) {
         throw parameter_error(sentence("A mesh cannot be scaled by ", factor, "; give a finite number above 0."));
     }
@@ -211,7 +211,7 @@ inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
 /// formula).
 /// \param axis  direction of the axis; may have any length except 0
 /// \throws parameter_error  if the axis has length 0, or if the axis or the angle is not finite
-inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
+[[nodiscard]] inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
     const double length = norm(axis);
     if (!(length > 0) || !std::isfinite(length) || !std::isfinite(angle)) {
         throw parameter_error(sentence("There is no rotation by ", angle, " rad about ", detail::describe(axis),
@@ -224,9 +224,11 @@ inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
 
 /// Returns the mesh turned about the point `pivot` [m] by the rotation matrix `R`.
 /// \throws parameter_error  if R is not a rotation matrix: if ‖RRᵀ − I‖ ≥ 1e-9 or det R ≤ 0
-inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
+[[nodiscard]] inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R,
+                                          const Vec<double, 3>& pivot = {}) {
     const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
-    if (!(skew < 1e-18) || !(determinant(R) > 0)) {
+    constexpr double tolerance = 1e-9;
+    if (!(skew < tolerance * tolerance) || !(determinant(R) > 0)) {
         throw parameter_error(sentence("The matrix is no rotation: ‖RRᵀ − I‖² = ", skew, ", det R = ", determinant(R),
                                        "; it must keep lengths and not mirror. Build it with rotation(axis, angle)."));
     }
@@ -237,7 +239,7 @@ inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, c
 /// its bounding box is `size` [m].
 /// \throws parameter_error  if the size is not above 0, or if the size or the centre is not finite
 /// \throws mesh_error       if all vertices lie on one point, or if the mesh does not pass check_mesh()
-inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
+[[nodiscard]] inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
     const auto box = bounding_box(mesh);
     const auto extent = box.upper - box.lower;
     const double longest = std::max({extent[0], extent[1], extent[2]});

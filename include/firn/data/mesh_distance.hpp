@@ -32,8 +32,8 @@ struct MeshDistanceOptions {
 ///                          spacing, or if the grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>
-std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
-                                                                const MeshDistanceOptions& options) {
+[[nodiscard]] std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
+                                                                              const MeshDistanceOptions& options) {
     const double spacing = options.spacing, band = options.band == 0 ? 3 * spacing : options.band;
     if (!(spacing > 0) || !std::isfinite(spacing))
         throw parameter_error(
@@ -42,7 +42,7 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
         throw parameter_error(sentence("The band of a grid of distances is ", band, " m at a spacing of ", spacing,
                                        " m; it must be one spacing at least, and finite."));
     const InsideTest inside(mesh);
-    const NearestTriangle nearest(mesh);
+    const detail::NearestTriangle nearest(mesh);
 
     DistanceNumbers<Number, 3> grid;
     grid.spacing = spacing;

@@ -292,6 +292,6 @@ inline OrientedMesh oriented(const TriangleMesh& mesh) {
 /// \throws mesh_error  if the mesh does not pass check_closed(), if it encloses no volume, or if a shell that faces
 ///                     inwards lies partly inside and partly outside of the others: more than 1 % and less than 90 % of
 ///                     its area lies in bodies
-inline TriangleMesh facing_outwards(const TriangleMesh& mesh) { return detail::oriented(mesh).mesh; }
+[[nodiscard]] inline TriangleMesh facing_outwards(const TriangleMesh& mesh) { return detail::oriented(mesh).mesh; }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -40,8 +40,6 @@ FIRN_INLINE S squared_distance_to_triangle(const Vec<S, 3>& x, const Corners& co
     return select(is_above, height * height * S(1 / area2), to_edges);
 }
 
-}  // namespace detail
-
 /// Computes distances from points to the nearest triangle of a mesh.
 class NearestTriangle {
 public:
@@ -136,5 +134,7 @@ private:
     std::vector<detail::Corners> triangles_;
     std::vector<Box> boxes_;
 };
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

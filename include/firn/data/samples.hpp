@@ -43,7 +43,7 @@ struct Samples {
 /// Returns the spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
 /// \throws parameter_error  if an argument is not finite or not above 0
 template <int D>
-double particle_spacing(double cell_size, double particles_per_cell) {
+[[nodiscard]] double particle_spacing(double cell_size, double particles_per_cell) {
     if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
         throw parameter_error(sentence("There is no spacing for ", particles_per_cell, " particles in a cell of ",
                                        cell_size, " m; both must be finite and above 0."));

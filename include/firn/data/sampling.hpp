@@ -120,7 +120,8 @@ std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const S
 ///                          particle falls inside the box, or if there would be more than max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
 template <int D>
-Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, const SamplingOptions& options) {
+[[nodiscard]] Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper,
+                                    const SamplingOptions& options) {
     check(options);
     double volume = 1;
     for (int k = 0; k < D; ++k) {
@@ -153,7 +154,7 @@ Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, 
 ///                          max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
 template <int D>
-Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const SamplingOptions& options) {
+[[nodiscard]] Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const SamplingOptions& options) {
     static_assert(D == 2 || D == 3);
     check(options);
     if (!(radius > 0) || !std::isfinite(radius) || !detail::is_finite(centre)) {
@@ -184,7 +185,7 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
 /// \throws parameter_error  if the options do not pass check(), if no particle falls inside the mesh, or if there would
 ///                          be more than max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
-inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& options) {
+[[nodiscard]] inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& options) {
     check(options);
     const InsideTest inside(mesh);
     const auto winding = [&](const Vec<double, 3>& x) { return inside.winding_number(x); };

@@ -17,7 +17,7 @@ namespace firn::inline FIRN_BUILD {
 /// A second signal of the same kind calls the handler that was installed before this object was made. That handler
 /// usually ends the program at once. The program may have at most one Interruption at a time. The destructor restores
 /// the former handlers.
-class Interruption {
+class [[nodiscard]] Interruption {
 public:
     /// Installs handlers for SIGINT and SIGTERM, and clears the flag.
     Interruption() : interrupt_(std::signal(SIGINT, raise_flag)), terminate_(std::signal(SIGTERM, raise_flag)) {

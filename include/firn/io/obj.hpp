@@ -102,7 +102,7 @@ inline TriangleMesh triangulated(const std::filesystem::path& path, ObjText& tex
 /// \throws mesh_error    if the file has no faces, or if a polygon of four or more corners has no area, or crosses or
 ///                       touches itself
 /// \throws memory_error  if the file is too large for the memory
-inline TriangleMesh read_obj(const std::filesystem::path& path) {
+[[nodiscard]] inline TriangleMesh read_obj(const std::filesystem::path& path) {
     detail::ObjText found(path, detail::read_text(path));
     if (found.vertices.empty()) throw io_error(sentence(path, " has no vertex (no line \"v x y z\"). Give a mesh."));
     if (found.faces.empty()) {
@@ -123,7 +123,7 @@ inline TriangleMesh read_obj(const std::filesystem::path& path) {
 /// \throws io_error      if the file cannot be read, if it has no vertex, if it has faces or a keyword that the format
 ///                       does not have, or if a vertex is malformed
 /// \throws memory_error  if the file is too large for the memory
-inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
+[[nodiscard]] inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
     detail::ObjText found(path, detail::read_text(path));
     if (found.vertices.empty()) throw io_error(sentence(path, " has no point (no line \"v x y z\"). Give some."));
     if (!found.faces.empty()) {

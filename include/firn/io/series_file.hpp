@@ -27,7 +27,7 @@ void write_series(const std::filesystem::path& path, const std::vector<SeriesEnt
 /// another program.
 /// \throws io_error  if the file `path` is missing, larger than 1 GiB, or not a list of states; the message names the
 ///                   file
-std::vector<SeriesEntry> read_series(const std::filesystem::path& path);
+[[nodiscard]] std::vector<SeriesEntry> read_series(const std::filesystem::path& path);
 
 }  // namespace firn::inline FIRN_BUILD
 

@@ -4,7 +4,7 @@
 
 #include <firn/io/state.hpp>
 #include <firn/io/state_outline.hpp>
-#include <firn/io/vendor/xxhash.h>
+#include <firn/io/xxh3.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -19,10 +19,6 @@
 namespace firn::inline FIRN_BUILD {
 
 namespace detail {
-
-[[gnu::noinline]] inline std::uint64_t hash_bytes(std::span<const std::byte> bytes) {
-    return firn_xxhash::hash(bytes.data(), bytes.size());
-}
 
 /// Calls f(bytes) with numbers as little-endian bytes, so that a hash of them does not depend on the byte order of the
 /// machine, and returns the result of the call.
@@ -108,13 +104,13 @@ inline std::uint64_t digest_of(const StateOutline& state, const std::function<bo
 /// from memory.
 /// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
 template <state_scalar S, class Holds>
-std::uint64_t digest(const State<S>& state, const Holds& holds) {
+[[nodiscard]] std::uint64_t digest(const State<S>& state, const Holds& holds) {
     return detail::digest_of(detail::StateOutline(state), std::cref(holds));
 }
 
 /// Returns the digest of a state, with all fields included.
 template <state_scalar S>
-std::uint64_t digest(const State<S>& state) {
+[[nodiscard]] std::uint64_t digest(const State<S>& state) {
     return digest(state, [](std::string_view) { return true; });
 }
 

@@ -33,7 +33,7 @@ struct StateReading {
 ///                   contradict each other, or if the state does not match its digest; the message names the file and
 ///                   the reason
 template <state_scalar S>
-State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {});
+[[nodiscard]] State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {});
 
 }  // namespace firn::inline FIRN_BUILD
 

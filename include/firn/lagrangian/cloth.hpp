@@ -26,8 +26,9 @@ enum class Diagonals {
 /// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, cells[0] and cells[1] are at
 ///                          least 1, and the cloth has at most `max_points` points
 /// \throws memory_error     if the net does not fit into memory
-inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
-                    const std::array<std::size_t, 2>& cells, Diagonals diagonals = Diagonals::alternating) {
+[[nodiscard]] inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
+                                  const std::array<std::size_t, 2>& cells,
+                                  Diagonals diagonals = Diagonals::alternating) {
     const double area = norm(cross(u, v));
     if (!detail::is_finite(origin) || !std::isfinite(area) || !(area > 1e-12 * (dot(u, u) + dot(v, v))))
         throw parameter_error(sentence("A cloth at ", detail::describe(origin), " m with the edges ",
@@ -129,7 +130,7 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 /// merged.
 /// \throws mesh_error  if check_mesh() throws it, if a triangle has no area, if two triangles are folded onto each
 ///                     other, or if some vertex belongs to no triangle
-inline Net<3> cloth(const TriangleMesh& mesh) {
+[[nodiscard]] inline Net<3> cloth(const TriangleMesh& mesh) {
     detail::check_surface(mesh);
     Net<3> net{mesh.vertices, {}, {}};
     for (const auto& [a, b, c] : mesh.triangles)

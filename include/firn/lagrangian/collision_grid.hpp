@@ -24,11 +24,15 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// A range of consecutive points in the sorted order of a CollisionGrid.
 struct SortedRange {
     std::uint32_t begin,  ///< Index, in the sorted order, of the range's first point.
         end;              ///< Index, in the sorted order, of the range's last point, plus one.
 };
+
+}  // namespace detail
 
 /// Sorts points by the cells of a uniform grid, so that the class Neighbours can find the points near each point. Call
 /// build() first.
@@ -116,7 +120,7 @@ public:
         /// Returns ranges of sorted points. They contain all neighbours of the point that has the index k in the sorted
         /// order. They also contain this point itself and some points that are not its neighbours. From one call of
         /// of() to the next, k must not decrease.
-        FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
+        FIRN_INLINE const std::array<detail::SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
                 if (key != key_) walk_to(key);
@@ -136,7 +140,7 @@ public:
             };
             for (std::size_t r = 0; r < rows; ++r) {
                 const std::uint64_t from = key + std::uint64_t(grid_.row_[r]) - 1, to = from + 3;
-                SortedRange& range = ranges_[r];
+                detail::SortedRange& range = ranges_[r];
                 if (key_ == none) {
                     range.begin =
                         std::uint32_t(std::lower_bound(items.begin(), items.end(), from, before) - items.begin());
@@ -152,7 +156,7 @@ public:
         static constexpr std::uint64_t none = ~std::uint64_t(0);
         const CollisionGrid& grid_;
         std::uint64_t key_ = none;
-        std::array<SortedRange, rows> ranges_{};
+        std::array<detail::SortedRange, rows> ranges_{};
     };
 
 private:

@@ -307,12 +307,11 @@ private:
     using P = native_pack<S>;
     using PV = Vec<P, D>;
     using Row = pack<S, 4>;
-    using Table = ContactTable<S, D>;
+    using Table = detail::ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// A limit for the squared distance of two points [m²]. Below this limit, direction_of_ids() gives the normal of
-    /// the contact.
-    static constexpr S least_square = S(1e-30);
+    /// If the squared distance of two points is less [m²], direction_of_ids() gives the normal of the contact.
+    static constexpr S least_square = S(detail::least_square);
 
     /// The data of several contacts, one per SIMD lane. Of the two points of a contact, `own` is the point that the
     /// impulse acts on, and `other` is the point that `own` collides with. The contact with index q in the block is in
@@ -570,7 +569,7 @@ private:
         }
     }
 
-    ExcludedPairs excluded_;
+    detail::ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
     Table table_, before_;  ///< table_: contacts of this step; before_: of the last step
     /// For each chunk of points: the contacts of these points.

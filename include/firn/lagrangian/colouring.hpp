@@ -13,6 +13,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// Gives each link a colour, so that links of one colour have no point in common. Links are coloured in the order
 /// given. Each link gets the lowest colour that no earlier link at either of its two end points has. Colours are
 /// numbered from 0.
@@ -41,6 +43,8 @@ struct LinkColours {
     }
 };
 
+}  // namespace detail
+
 /// Returns whether `colour` is a valid colouring: it has one entry per link, and no two links of one colour have a
 /// point in common.
 /// \param colour  the colour of each link; LinkColours::most: no colour
@@ -51,8 +55,8 @@ inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const st
     if (colour.size() != links.size()) return false;
     std::vector<std::uint64_t> taken(points, 0);
     for (std::size_t k = 0; k < links.size(); ++k) {
-        if (colour[k] > LinkColours::most) return false;
-        if (colour[k] == LinkColours::most) continue;
+        if (colour[k] > detail::LinkColours::most) return false;
+        if (colour[k] == detail::LinkColours::most) continue;
         const std::uint64_t own = std::uint64_t(1) << colour[k];
         for (const std::uint32_t end : links[k]) {
             if (taken[end] & own) return false;

@@ -17,6 +17,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// A surface that a point touches.
 template <std::floating_point S, int D>
 struct TouchedSurface {
@@ -25,6 +27,8 @@ struct TouchedSurface {
     S friction;        ///< Coulomb's coefficient of friction of the surface [1].
     S overlap;         ///< How far the point is beyond the surface, as a ball [m].
 };
+
+}  // namespace detail
 
 /// The impulse of a contact in one step, kept for the next step.
 template <std::floating_point S, int D>
@@ -38,6 +42,8 @@ struct KeptImpulse {
 
     bool operator==(const KeptImpulse&) const = default;
 };
+
+namespace detail {
 
 /// Lists the contacts of every point. A contact of two points is listed twice, once for each of the two points.
 ///
@@ -293,5 +299,7 @@ private:
                  });
     }
 };
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -358,7 +358,7 @@ private:
     }
 
     std::size_t colour_begin(std::size_t c) const { return c == 0 ? 0 : colour_end_[c - 1]; }
-    bool is_serial(std::size_t c) const { return origin_[colour_begin(c)].colour == LinkColours::most; }
+    bool is_serial(std::size_t c) const { return origin_[colour_begin(c)].colour == detail::LinkColours::most; }
 
     std::vector<Ends> all_ends() const {
         std::vector<Ends> ends;
@@ -378,7 +378,7 @@ private:
         checked_for_ = points;
         if (!ordered_ || ordered_for_ != update) {
             order_by_number();
-            if (update == ConstraintUpdate::coloured) order_by_colours(LinkColours(all_ends(), points).colour);
+            if (update == ConstraintUpdate::coloured) order_by_colours(detail::LinkColours(all_ends(), points).colour);
             ordered_ = true;
             ordered_for_ = update;
             are_counted_ = false;
@@ -389,7 +389,7 @@ private:
         are_counted_ = true;
         if (update == ConstraintUpdate::averaged && !incidence_.is_for(points)) {
             const std::vector<Ends> ends = all_ends();
-            incidence_ = Incidence(std::span<const Ends>(ends), points);
+            incidence_ = detail::Incidence(std::span<const Ends>(ends), points);
         }
     }
     void order_by_number() {
@@ -453,7 +453,7 @@ private:
     detail::TearFactors<S> factors_;
     Digest as_added_;
     std::vector<std::size_t> colour_end_;
-    Incidence incidence_;
+    detail::Incidence incidence_;
     aligned_vector<Vec<S, D>> impulses_;  // one per constraint, for ConstraintUpdate::averaged
     std::uint32_t added_ = 0;
     bool ordered_ = false, are_counted_ = false, is_solved_ = false;

@@ -283,7 +283,7 @@ private:
                 if (point >= points)
                     throw parameter_error(sentence("Element ", e, " of a force joins point ", point, "; there are ",
                                                    points, ", counted from 0."));
-        incidence_ = Incidence(std::span<const Corners>(corners_), points);
+        incidence_ = detail::Incidence(std::span<const Corners>(corners_), points);
     }
 
     std::vector<Corners> corners_;
@@ -291,7 +291,7 @@ private:
     std::vector<LinkKind> kinds_;     // one per spring; empty for other elements
     detail::TearFactors<S> factors_;  // of springs
     Digest as_added_;
-    Incidence incidence_;
+    detail::Incidence incidence_;
     aligned_vector<std::array<double, 2>> bounds_;  // one per element: stiffness [N/m] and damping [N s/m]
     aligned_vector<Vec<S, D>> parts_;               // K per element: the forces on its corners [N]
 };

@@ -13,6 +13,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// A set of pairs of points that do not collide.
 class ExcludedPairs {
 public:
@@ -71,5 +73,7 @@ private:
     Incidence around_;  ///< for each point up to the last one in any pair: the pairs with this point
     bool partners_are_known_ = true;
 };
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -11,6 +11,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
+namespace detail {
+
 /// Lists for each point the corners of elements that lie on this point, in the order of the elements. See of() for how
 /// a corner is listed.
 class Incidence {
@@ -46,5 +48,7 @@ public:
 private:
     std::vector<std::uint32_t> first_, corners_;
 };
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

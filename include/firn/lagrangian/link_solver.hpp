@@ -123,7 +123,7 @@ public:
                 multiplier_[k] = 0;
                 if (!is_soft_) continue;
                 const S length = norm(s);
-                unit_[k] = length > S(1e-15) ? length : rest_[k];
+                unit_[k] = length > S(detail::least_size) ? length : rest_[k];
             }
         });
     }
@@ -246,7 +246,7 @@ private:
         }
         const T change = missing * length / divisor * link.part, multiplier = link.multiplier + change;
         // If both ends are pinned, the multiplier is not a number, and the correction is not straight.
-        const auto is_ahead = link.unit * max(T(S(0.5)) * length, T(S(1e-15))) < ahead,
+        const auto is_ahead = link.unit * max(T(S(0.5)) * length, T(S(detail::least_size))) < ahead,
                    is_calm = pull(link, multiplier) <= link.rest * T(calm_);
         return std::pair(Correction<T>{link.s * change, multiplier}, is_ahead & is_calm);
     }
@@ -258,7 +258,7 @@ private:
     /// Returns the correction along any d.
     [[gnu::noinline]] static Correction<S> turned(const Ask<S>& link, const V& r, S k) {
         if (!(link.weights > 0)) return {V::zero(), link.multiplier};
-        const auto has_direction = [](S l) { return l > S(1e-15); };
+        const auto has_direction = [](S l) { return l > S(detail::least_size); };
         const S length = norm(r), before = norm(link.s);
         V now = V::zero();
         if (has_direction(length))

@@ -61,15 +61,15 @@ template <std::floating_point S, int D>
 struct PointMasses {
     using V = Vec<S, D>;  ///< A vector in space.
 
-    FieldArray<Vec<double, D>> position;  ///< Positions [m].
-    FieldArray<V> velocity;               ///< Velocities [m/s].
-    FieldArray<S> mass;                   ///< Masses [kg].
-    FieldArray<S> inverse_mass;           ///< 1/mass, or 0 for a pinned point [1/kg].
-    FieldArray<S> radius;                 ///< Radii, for collisions and drag [m].
-    FieldArray<S> since;                  ///< Time by which the velocity lags behind the position [s]; see Verlet.
-    FieldArray<std::uint32_t> group;      ///< Groups for collisions; see PointMass::group.
-    FieldArray<std::uint32_t> id;         ///< Ids, ascending. The id of a point never changes.
-    FieldArray<double> end;               ///< Times at which points are removed [s].
+    detail::FieldArray<Vec<double, D>> position;  ///< Positions [m].
+    detail::FieldArray<V> velocity;               ///< Velocities [m/s].
+    detail::FieldArray<S> mass;                   ///< Masses [kg].
+    detail::FieldArray<S> inverse_mass;           ///< 1/mass, or 0 for a pinned point [1/kg].
+    detail::FieldArray<S> radius;                 ///< Radii, for collisions and drag [m].
+    detail::FieldArray<S> since;              ///< Time by which the velocity lags behind the position [s]; see Verlet.
+    detail::FieldArray<std::uint32_t> group;  ///< Groups for collisions; see PointMass::group.
+    detail::FieldArray<std::uint32_t> id;     ///< Ids, ascending. The id of a point never changes.
+    detail::FieldArray<double> end;           ///< Times at which points are removed [s].
 
     /// Calls f(info, member) for every field above. `info` is the FieldInfo that describes the field, and `member` is a
     /// pointer to the field as a member of PointMasses, such as &PointMasses::position.

@@ -12,7 +12,7 @@ namespace firn::inline FIRN_BUILD {
 ///                          below `max_points`
 /// \throws memory_error     if the net does not fit into memory
 template <int D>
-Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {
+[[nodiscard]] Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {
     const double length = norm(b - a);
     if (!(length > 0) || !std::isfinite(length))
         throw parameter_error(sentence("A rope from ", detail::describe(a), " to ", detail::describe(b),

@@ -182,7 +182,7 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 ///                          shared faces (in 2D: edges)
 /// \throws memory_error     if the body does not fit into memory
 template <int D>
-SoftBody<D> lattice_body(const Samples<D>& samples) {
+[[nodiscard]] SoftBody<D> lattice_body(const Samples<D>& samples) {
     static_assert(D == 2 || D == 3);
     using Cells = detail::Cells<D>;
     if (samples.positions.empty())
@@ -311,7 +311,7 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 ///
 /// Shells that face inwards although they bound no hole are reversed: see facing_outwards().
 /// \throws mesh_error  if facing_outwards() or cloth() throws it
-inline SoftBody<3> mesh_body(const TriangleMesh& given) {
+[[nodiscard]] inline SoftBody<3> mesh_body(const TriangleMesh& given) {
     const auto [mesh, volume, outwards] = detail::oriented(given);
     SoftBody<3> body{cloth(mesh), {}};
     Net<3>& net = body.net;

@@ -121,7 +121,8 @@ struct Fluid {
     FIRN_INLINE S energy_density(const state<D>& fluid) const {
         // The value of J at which p = −tension; largest_J if p > −tension for every J.
         const S remaining = S(1) - tension * gamma / bulk;
-        const S parting = select(S(0) < remaining, pow(max(remaining, S(1e-30)), S(-1) / gamma), S(largest_J));
+        const S parting =
+            select(S(0) < remaining, pow(max(remaining, S(detail::least_square)), S(-1) / gamma), S(largest_J));
         const S excess = min(fluid.J.excess, max(S(1), parting) - S(1));
         const auto logarithmic = gamma == S(1);
         const S power = pow_less_one(excess, S(1) - gamma) / select(logarithmic, S(1), gamma - S(1));

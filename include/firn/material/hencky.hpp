@@ -76,8 +76,8 @@ struct Hencky {
     /// Both bounds are exact for F = I.
     template <deformation_gradient_of<S> G>
     FIRN_INLINE S wave_speed(const S& density, const G& F) const {
-        const S volumetric = log(max(determinant(F), S(1e-18)));
-        const S highest = S(0.5) * log(max(squared_stretch_bound(F), S(1e-12)));
+        const S volumetric = log(max(determinant(F), S(detail::least_volume_ratio)));
+        const S highest = S(0.5) * log(max(squared_stretch_bound(F), S(detail::least_square_of_stretch)));
         const S lowest = volumetric - S(dimension_of<G> - 1) * highest;
         const S spread = max(highest - lowest, S(0));
         const S compression = max(-((mu + mu) * lowest + lambda * volumetric), S(0));

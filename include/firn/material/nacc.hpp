@@ -217,7 +217,7 @@ struct Nacc {
             const S away = qq + M * M * (p - middle) * (p - middle);
             const S along = M * S(0.5) * (p0 - lowest) / sqrt(select(S(0) < away, away, S(1)));
             const S met = select(crushed, p0, select(torn, lowest, middle + along * (p - middle)));
-            const S log_met = S(0.5) * log(max(S(1) - met - met, S(1e-12)));
+            const S log_met = S(0.5) * log(max(S(1) - met - met, S(detail::least_square_of_stretch)));
 
             const S kept = select(to_tip, S(0), sqrt(max(inside, S(0)) / select(S(0) < qq, qq, S(1))));
             const Mat<S, D> left = shape.deviator * kept;
@@ -255,7 +255,7 @@ private:
             const S own = volume_change(F);
             determinant = S(1) + own;
             const S change = max(own, S(-1));
-            const S J = named("J", max(determinant, S(1e-18)));
+            const S J = named("J", max(determinant, S(detail::least_volume_ratio)));
             log_J = log(J, change);
             const S scale = exp(S(-2. / D) * log_J);
             const S mean_change = trace(E) * S(1. / D);
@@ -264,10 +264,10 @@ private:
             pressure = named("p", S(-0.5) * change * (S(2) + change));
         }
     };
-    /// Returns J^{−2/D}; a J below 1e-18 is replaced by 1e-18.
+    /// Returns J^{−2/D}; J counts as at least least_volume_ratio.
     template <int D>
     FIRN_INLINE static S isochoric(const S& J) {
-        return exp(S(-2. / D) * log(max(J, S(1e-18))));
+        return exp(S(-2. / D) * log(max(J, S(detail::least_volume_ratio))));
     }
     /// Returns the number t for which det(t I + e) = 1, where e is symmetric and tr e = 0. In 2D there is a formula. In
     /// 3D the equation is t³ − a t + det e − 1 = 0 with a = ½ ‖e‖². Newton's method solves it; it starts above the

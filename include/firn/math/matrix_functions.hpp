@@ -15,6 +15,14 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
+/// A principal stretch counts as at least this where its logarithm is taken [1], so that the strain of matter that is
+/// flat or inverted is finite.
+/// @{
+inline constexpr double least_stretch = 1e-6;
+inline constexpr double least_square_of_stretch = 1e-12;  ///< The square of least_stretch.
+inline constexpr double least_volume_ratio = 1e-18;       ///< For J = det F: the product of three such stretches.
+/// @}
+
 /// Returns the square of a symmetric 3 × 3 matrix. It is exactly symmetric.
 template <class S>
 FIRN_INLINE Mat<S, 3> square_of_symmetric(const Mat<S, 3>& A) {
@@ -109,7 +117,7 @@ template <class S, int D>
 [[gnu::noinline]] void strain_in_principal_axes(const Mat<S, D>& F, Mat<S, D>& strain) {
     const Principal<S, D> own = principal_stretches(F);
     Vec<S, D> principal;
-    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(own.stretches.v[i], S(1e-6))); });
+    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(own.stretches.v[i], S(least_stretch))); });
     strain = spectral(own.directions, principal);
 }
 
@@ -195,8 +203,9 @@ FIRN_INLINE G strained_by(const G& F, const matrix_of_t<G>& A) {
     const matrix_of_t<G>& whole = F;
     const mask_t<S> upright = S(0) < determinant(whole);
     const auto rare = !(near & upright);  // includes NaN
-    return detail::changed(F, change, rare, A,
-                           [](const S& a, const S& sigma) FIRN_LAMBDA { return exp(a) * max(sigma, S(1e-6)); });
+    return detail::changed(F, change, rare, A, [](const S& a, const S& sigma) FIRN_LAMBDA {
+        return exp(a) * max(sigma, S(detail::least_stretch));
+    });
 }
 
 /// Returns the deformation gradient √(b′ b⁻¹) F, which has the left Cauchy–Green tensor b′.

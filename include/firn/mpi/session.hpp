@@ -25,7 +25,7 @@ namespace firn::inline FIRN_BUILD::mpi {
 /// Call fail() instead.
 ///
 /// The program may also run without `mpirun`; it then has one rank.
-class Session {
+class [[nodiscard]] Session {
 public:
     /// Starts MPI, if the program has not started it, for threads of which only the first calls MPI
     /// (MPI_THREAD_FUNNELED).

@@ -97,6 +97,52 @@ struct WallsOfProgram {
     }
 };
 
+/// Sets the uniforms of the room that particles may be shifted to, as RoomOfDomain has it.
+template <int D>
+void set_room(Inputs& inputs, const Program& program, const Domain<D>& domain) {
+    std::vector<double> low, high, lower;
+    for (std::size_t a = 0; a < std::size_t(D); ++a) {
+        const double from = domain.lower[int(a)], h = domain.cell_size;
+        low.push_back((std::max(from, program.room_lower[a]) - from) / h);
+        high.push_back((std::min(domain.upper[int(a)], program.room_upper[a]) - from) / h);
+        lower.push_back(from);
+    }
+    inputs.set("room_lower", low), inputs.set("room_upper", high), inputs.set("domain_lower", lower);
+    inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
+}
+
+/// Checks that masses, and volumes if the program sums them, are far above the quanta of the sums.
+/// \throws particle_error  if one is not
+template <int D, class State>
+void check_heavy_enough(const Program& program, const Particles<float, D, State>& particles,
+                        const std::vector<std::size_t>& slots) {
+    for (const std::size_t slot : slots)  // on the CPU, fixed_point_scale() makes a more precise check
+        if (!(particles.mass(slot) >= 0x1p-86F))
+            throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
+                                          " kg; on a GPU, particles lighter than ", 0x1p-86,
+                                          " kg move in coarse steps. Use units in which masses are larger."));
+    if (program.volume.empty()) return;
+    for (const std::size_t slot : slots)
+        if (!(particles.volume(slot) >= 0x1p-86F))
+            throw particle_error(sentence("Particle ", particles.id(slot), " has a volume of ", particles.volume(slot),
+                                          " m^", D, "; on a GPU, ", program.volume, " needs at least ", 0x1p-86,
+                                          ". Use units in which volumes are larger."));
+}
+
+/// Returns the positions of the nodes along each axis [m], with the same roundings as in the CPU's grid update.
+template <int D, class Nodes>
+std::vector<float> node_coordinates(const Domain<D>& domain, const Nodes& nodes) {
+    std::vector<float> coordinates;
+    for (int a = 0; a < D; ++a)
+        for (int i = 0; i < int(nodes[std::size_t(a)]); ++i) {
+            BlockCoordinate<D> block{};
+            block[std::size_t(a)] = i / block_size - 1;
+            const float first = float(position_of_place(domain, block, a, 0));
+            coordinates.push_back(first + float(i % block_size) * float(domain.cell_size));
+        }
+    return coordinates;
+}
+
 }  // namespace detail
 
 /// Makes the inputs of a program from particles on the CPU. The program's particles have the order of the slots (the
@@ -135,30 +181,8 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
-    if (!program.room_lower.empty()) {  // as RoomOfDomain
-        std::vector<double> low, high, lower;
-        for (std::size_t a = 0; a < std::size_t(D); ++a) {
-            const double from = domain.lower[int(a)], h = domain.cell_size;
-            low.push_back((std::max(from, program.room_lower[a]) - from) / h);
-            high.push_back((std::min(domain.upper[int(a)], program.room_upper[a]) - from) / h);
-            lower.push_back(from);
-        }
-        inputs.set("room_lower", low), inputs.set("room_upper", high), inputs.set("domain_lower", lower);
-        inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
-    }
-
-    for (const std::size_t slot : slots)  // on the CPU, fixed_point_scale() makes a more precise check
-        if (!(particles.mass(slot) >= 0x1p-86F))
-            throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
-                                          " kg; on a GPU, particles lighter than ", 0x1p-86,
-                                          " kg move in coarse steps. Use units in which masses are larger."));
-
-    if (!program.volume.empty())
-        for (const std::size_t slot : slots)
-            if (!(particles.volume(slot) >= 0x1p-86F))
-                throw particle_error(sentence("Particle ", particles.id(slot), " has a volume of ",
-                                              particles.volume(slot), " m^", D, "; on a GPU, ", program.volume,
-                                              " needs at least ", 0x1p-86, ". Use units in which volumes are larger."));
+    if (!program.room_lower.empty()) detail::set_room(inputs, program, domain);
+    detail::check_heavy_enough(program, particles, slots);
 
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
@@ -176,16 +200,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         inputs.buffers.emplace_back(buffer.name, std::move(numbers));
     }
 
-    // The positions of nodes are computed with the same roundings as in the CPU's grid update.
-    std::vector<float> coordinates;
-    for (int a = 0; a < D; ++a)
-        for (int i = 0; i < int(inputs.nodes[std::size_t(a)]); ++i) {
-            BlockCoordinate<D> block{};
-            block[std::size_t(a)] = i / block_size - 1;
-            const float first = float(position_of_place(domain, block, a, 0));
-            coordinates.push_back(first + float(i % block_size) * float(domain.cell_size));
-        }
-    inputs.buffers.emplace_back("coordinates", std::move(coordinates));
+    inputs.buffers.emplace_back("coordinates", detail::node_coordinates(domain, inputs.nodes));
     return inputs;
 }
 

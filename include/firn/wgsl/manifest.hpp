@@ -67,6 +67,65 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
     return order;
 }
 
+namespace detail {
+
+/// Writes the entry of a uniform, a buffer or a kernel in the manifest.
+/// @{
+inline void write(Json& json, const Uniform& u) {
+    json.object([&] {
+        json.field("name", u.name).field("type", u.type).field("offset", u.offset).field("unit", u.unit);
+        if (!u.what.empty()) json.field("what", u.what);
+        json.key("default");
+        if (u.values.size() == 1)
+            json.value(u.values[0]);
+        else
+            json.array(u.values, [&](double x) { json.value(x); });
+    });
+}
+inline void write(Json& json, const Component& c) {
+    json.object([&] {
+        json.field("name", c.name).field("count", c.count).field("unit", c.unit);
+        if (c.less_one) json.field("less_one", true);
+        if (!c.start.empty()) json.key("default").array(c.start, [&](double x) { json.value(x); });
+    });
+}
+inline void write(Json& json, const Buffer& b) {
+    json.object([&] {
+        json.field("name", b.name).field("binding", b.binding).field("per", b.per).field("type", b.type);
+        json.field("count", b.count);
+        if (!b.components.empty())
+            json.key("components").array(b.components, [&](const Component& c) { write(json, c); });
+    });
+}
+inline void write(Json& json, const EntryPoint& e) {
+    json.object([&] {
+        json.field("entry", e.name).field("per", e.per).field("workgroup_size", e.workgroup_size);
+        json.key("bindings").array(e.bindings, [&](const auto& b) {
+            json.object([&] {
+                json.field("binding", b.first);
+                json.field("access", b.first == 0 ? "uniform" : b.second ? "read_write" : "read");
+            });
+        });
+    });
+}
+/// @}
+
+/// Writes the names of the words of the status, each with its number.
+inline void write_status_words(Json& json, const Program& program) {
+    int word = 0;
+    for (const char* name :
+         {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient", "largest_mass", "most_particles",
+          "momentum_scale", "mass_scale", "time_step", "place_per_velocity", "time"})
+        json.field(name, word++);
+    if (!program.volume.empty())
+        for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
+            json.field(name, word++);
+    if (program.has("filter_volumes")) json.field("filter_share", word++);
+    json.field("largest_acceleration", 19);
+}
+
+}  // namespace detail
+
 /// Returns the manifest of a program: a JSON text that tells hosts in any language how to run the program.
 ///
 /// All bindings are in group 0. Two WGSL variables may have the same binding: one accesses the buffer as atomic
@@ -119,67 +178,16 @@ inline std::string manifest(const Program& program) {
         json.field("time_step_safety", program.time_step_safety);
         json.field("acceleration_safety", program.acceleration_safety);
         json.key("uniforms").object([&] {
-            json.field("binding", 0)
-                .field("bytes", program.uniform_bytes)
-                .key("fields")
-                .array(program.uniforms, [&](const Uniform& u) {
-                    json.object([&] {
-                        json.field("name", u.name)
-                            .field("type", u.type)
-                            .field("offset", u.offset)
-                            .field("unit", u.unit);
-                        if (!u.what.empty()) json.field("what", u.what);
-                        json.key("default");
-                        if (u.values.size() == 1)
-                            json.value(u.values[0]);
-                        else
-                            json.array(u.values, [&](double x) { json.value(x); });
-                    });
-                });
+            json.field("binding", 0).field("bytes", program.uniform_bytes);
+            json.key("fields").array(program.uniforms, [&](const Uniform& u) { detail::write(json, u); });
         });
-        json.key("buffers").array(program.buffers, [&](const Buffer& b) {
-            json.object([&] {
-                json.field("name", b.name).field("binding", b.binding).field("per", b.per).field("type", b.type);
-                json.field("count", b.count);
-                if (!b.components.empty())
-                    json.key("components").array(b.components, [&](const Component& c) {
-                        json.object([&] {
-                            json.field("name", c.name).field("count", c.count).field("unit", c.unit);
-                            if (c.less_one) json.field("less_one", true);
-                            if (!c.start.empty()) json.key("default").array(c.start, [&](double x) { json.value(x); });
-                        });
-                    });
-            });
-        });
-        json.key("kernels").array(program.entry_points, [&](const EntryPoint& e) {
-            json.object([&] {
-                json.field("entry", e.name).field("per", e.per).field("workgroup_size", e.workgroup_size);
-                json.key("bindings").array(e.bindings, [&](const auto& b) {
-                    json.object([&] {
-                        json.field("binding", b.first)
-                            .field("access", b.first == 0 ? "uniform"
-                                             : b.second   ? "read_write"
-                                                          : "read");
-                    });
-                });
-            });
-        });
+        json.key("buffers").array(program.buffers, [&](const Buffer& b) { detail::write(json, b); });
+        json.key("kernels").array(program.entry_points, [&](const EntryPoint& e) { detail::write(json, e); });
         const auto text = [&](const std::string& s) { json.value(s); };
         json.key("initialise").array(std::vector<std::string>{"initialise"}, text);
         json.key("step").array(step_order_of(program), text);
         json.key("step_sorted").array(step_order_of(program, true), text);
-        json.key("status").object([&] {
-            int word = 0;
-            for (const char* name :
-                 {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient", "largest_mass",
-                  "most_particles", "momentum_scale", "mass_scale", "time_step", "place_per_velocity", "time"})
-                json.field(name, word++);
-            if (!program.volume.empty())
-                for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
-                    json.field(name, word++);
-            if (program.has("filter_volumes")) json.field("filter_share", word++);
-            json.field("largest_acceleration", 19);
-        });
+        json.key("status").object([&] { detail::write_status_words(json, program); });
         json.key("errors").object([&] {
             const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();
             for (std::size_t i = 0; i < errors; ++i) json.field(std::to_string(i + 1).c_str(), error_sentences[i]);

@@ -68,29 +68,9 @@ void set_mirrors(Program& program, const Boundary& boundary) {
         });
 }
 
-}  // namespace detail
-
-/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
-/// acceleration field and volumetric policy.
-///
-/// The parameters of the policies become uniforms of the program, which the host can change between steps: the blend
-/// of a transfer of your own, for example. Other
-/// members of the policies, such as the contact of a wall, become fixed parts of the program's text; so do the
-/// parameters of a volumetric policy. A filter of volume ratios counts the steps since the host set the status to 0.
-///
-/// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
-/// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
-/// \tparam Kernel          the kernel, such as QuadraticBSpline
-/// \tparam Transfer        the transfer: Pic or Apic
-/// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
-/// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
-///                          invocations
-/// \param transfer         the transfer with its parameters, which become uniforms
-/// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
-          volumetric Volume>
-Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
-                     int workgroup_size = 64, const Transfer& transfer = {}) {
+/// Returns true if there is a WGSL program with these policies. If there is none, the compilation stops with a message.
+template <class Kernel, class Transfer, int D, class Material, class Boundary, class Field, class Volume>
+consteval bool require_program() {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     static_assert(firn::detail::require_offers<recorded, D>(std::type_identity<Boundary>{}) || true);
     static_assert(firn::detail::require_acceleration<Field, recorded, D>() || true);
@@ -107,6 +87,73 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                   "firn: a volumetric policy that averages and filters is not yet in WGSL.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
+    return true;
+}
+
+/// Returns an empty program with the names of its policies.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
+Program named_program() {
+    Program program;
+    program.dimension = D;
+    program.kernel = Kernel::name;
+    program.transfer = Transfer::name;
+    program.force = Force::name;
+    program.material = Material::name;
+    program.boundary = Boundary::name;
+    program.field = Field::name;
+    if constexpr (!std::same_as<Volume, OwnVolume>) program.volume = Volume::name;
+    program.name = name_of(program);
+    return program;
+}
+
+/// Returns the WGSL functions and structs of the policies.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
+Module definitions_of(const Program& program, const Facts& facts, const Material& material, const Boundary& boundary,
+                      const Field& field, const Volume& volume, const Transfer& transfer) {
+    Module module;
+    add_kernel<Kernel, D>(module, facts.sum_gradients || facts.shifts_particles);
+    add_time_step<Kernel>(module);
+    add_p2g<Kernel, Transfer, Force, D>(module);
+    add_grid_update<D>(module, boundary, field);
+    if constexpr (has_mirrors<Boundary>) {
+        std::vector<MirrorPlane> walls;
+        for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
+        add_mirrors<Kernel, D>(module, boundary, walls);
+    }
+    add_g2p<Kernel, Transfer, Force, D>(module, transfer);
+    add_material<D>(module, material);
+    if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
+    if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
+    if constexpr (filters_volume<Volume>) add_filtered_volume<D>(module, material, volume);
+    if constexpr (shifts_particles<Volume> && has_volume_ratio<material_state_t<with_scalar_t<Material, recorded>, D>>)
+        if (facts.shifts_particles) add_shifting<Kernel, D>(module, boundary, material, volume);
+    return module;
+}
+
+}  // namespace detail
+
+/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
+/// acceleration field and volumetric policy.
+///
+/// The parameters of the policies become uniforms of the program, which the host can change between steps: the blend
+/// of a transfer of your own, for example. Other members of the policies, such as the contact of a wall, become fixed
+/// parts of the program's text; so do the parameters of a volumetric policy. A filter of volume ratios counts the steps
+/// since the host set the status to 0.
+///
+/// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
+/// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
+/// \tparam Kernel          the kernel, such as QuadraticBSpline
+/// \tparam Transfer        the transfer: Pic or Apic
+/// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
+/// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
+///                          invocations
+/// \param transfer         the transfer with its parameters, which become uniforms
+/// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
+          volumetric Volume>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
+                     int workgroup_size = 64, const Transfer& transfer = {}) {
+    static_assert(detail::require_program<Kernel, Transfer, D, Material, Boundary, Field, Volume>());
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
     int every = 0;
@@ -131,16 +178,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       shifts,
                       workgroup_size};
 
-    Program program;
-    program.dimension = D;
-    program.kernel = Kernel::name;
-    program.transfer = Transfer::name;
-    program.force = Force::name;
-    program.material = Material::name;
-    program.boundary = Boundary::name;
-    program.field = Field::name;
-    if constexpr (!std::same_as<Volume, OwnVolume>) program.volume = Volume::name;
-    program.name = detail::name_of(program);
+    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>();
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
@@ -159,24 +197,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     detail::set_start(program, initial_state<D>(material));
     detail::add_entry_points(program, facts);
 
-    Module module;
-    add_kernel<Kernel, D>(module, facts.sum_gradients || shifts);
-    add_time_step<Kernel>(module);
-    add_p2g<Kernel, Transfer, Force, D>(module);
-    add_grid_update<D>(module, boundary, field);
-    if constexpr (has_mirrors<Boundary>) {
-        std::vector<MirrorPlane> walls;
-        for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
-        add_mirrors<Kernel, D>(module, boundary, walls);
-    }
-    add_g2p<Kernel, Transfer, Force, D>(module, transfer);
-    add_material<D>(module, material);
-    if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
-    if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
-    if constexpr (filters_volume<Volume>) add_filtered_volume<D>(module, material, volume);
-    if constexpr (shifts_particles<Volume> && has_volume_ratio<State>)
-        if (shifts) add_shifting<Kernel, D>(module, boundary, material, volume);
-
+    const Module module =
+        detail::definitions_of<Kernel, Transfer, Force, D>(program, facts, material, boundary, field, volume, transfer);
     const detail::KernelText text(facts);
     program.code = "// Written by firn " + version() +
                    " from the definitions that run on the CPU: change those, not this.\n// " + program.name + "\n\n" +

@@ -12,209 +12,137 @@
 
 namespace firn::inline FIRN_BUILD::wgsl {
 
-/// Translates HeldNode (a node's velocity, and the surfaces that hold it) to a WGSL struct.
+namespace detail {
+
+/// A struct's name in WGSL and its members.
+template <class... Members>
+struct Described {
+    std::string name;
+    std::tuple<Members...> members;
+};
+template <class... Members>
+Described<Members...> described(const std::string& name, const Members&... members) {
+    return {name, {members...}};
+}
+
+// struct_of() describes the structs that P2G and G2P use.
+
+/// A node's velocity, and the surfaces that hold it.
 template <class S>
-struct shape<firn::detail::HeldNode<S>> : struct_shape<firn::detail::HeldNode<S>, shape<firn::detail::HeldNode<S>>> {
-    using T = firn::detail::HeldNode<S>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const firn::detail::HeldNode<S>*) {
+    using T = firn::detail::HeldNode<S>;
+    return described("HeldNode", member{"velocity", &T::velocity}, member{"normal", &T::normal},
+                     member{"bound", &T::bound}, member{"number", &T::number}, member{"push", &T::push},
+                     member{"friction", &T::friction}, member{"count", &T::count});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "HeldNode"; }
-    static constexpr auto members() {
-        return std::tuple{member{"velocity", &T::velocity}, member{"normal", &T::normal},
-                          member{"bound", &T::bound},       member{"number", &T::number},
-                          member{"push", &T::push},         member{"friction", &T::friction},
-                          member{"count", &T::count}};
-    }
-    /// @}
-};
-
-/// Translates P2GParticle (the values of a particle that P2G reads) to a WGSL struct.
+/// The values of a particle that P2G reads.
 template <class S, int D>
-struct shape<P2GParticle<S, D>> : struct_shape<P2GParticle<S, D>, shape<P2GParticle<S, D>>> {
-    using T = P2GParticle<S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const P2GParticle<S, D>*) {
+    using T = P2GParticle<S, D>;
+    return described("P2GParticle", member{"mass", &T::mass}, member{"volume", &T::volume},
+                     member{"velocity", &T::velocity}, member{"affine", &T::affine}, member{"stress", &T::stress});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "P2GParticle"; }
-    static constexpr auto members() {
-        return std::tuple{member{"mass", &T::mass}, member{"volume", &T::volume}, member{"velocity", &T::velocity},
-                          member{"affine", &T::affine}, member{"stress", &T::stress}};
-    }
-    /// @}
-};
-
-/// Translates P2GRecord (the values from which a particle's contributions to nodes are computed) to a WGSL struct.
+/// The values from which a particle's contributions to nodes are computed.
 template <class S, int D>
-struct shape<P2GRecord<S, D>> : struct_shape<P2GRecord<S, D>, shape<P2GRecord<S, D>>> {
-    using T = P2GRecord<S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const P2GRecord<S, D>*) {
+    using T = P2GRecord<S, D>;
+    return described("P2GRecord", member{"mass", &T::mass}, member{"momentum", &T::momentum},
+                     member{"affine", &T::affine}, member{"gradient", &T::gradient});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "P2GRecord"; }
-    static constexpr auto members() {
-        return std::tuple{member{"mass", &T::mass}, member{"momentum", &T::momentum}, member{"affine", &T::affine},
-                          member{"gradient", &T::gradient}};
-    }
-    /// @}
-};
-
-/// Translates OpenRecord (a particle's contribution to a node while the node's offset is chosen axis by axis) to a WGSL
-/// struct.
+/// A particle's contribution to a node while the node's offset is chosen axis by axis.
 template <class V, int Open, bool Gradients>
-struct shape<OpenRecord<V, Open, Gradients>>
-    : struct_shape<OpenRecord<V, Open, Gradients>, shape<OpenRecord<V, Open, Gradients>>> {
-    using T = OpenRecord<V, Open, Gradients>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const OpenRecord<V, Open, Gradients>*) {
+    using T = OpenRecord<V, Open, Gradients>;
+    return described("OpenRecord" + std::to_string(Open), member{"value", &T::value}, member{"column", &T::column},
+                     member{"gradient", &T::gradient});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "OpenRecord" + std::to_string(Open); }
-    static constexpr auto members() {
-        return std::tuple{member{"value", &T::value}, member{"column", &T::column}, member{"gradient", &T::gradient}};
-    }
-    /// @}
-};
-
-/// Translates PartialSums (sums over the nodes along some axes) to a WGSL struct.
+/// Sums over the nodes along some axes.
 template <class V, int Closed, bool Moments, bool Gradients>
-struct shape<PartialSums<V, Closed, Moments, Gradients>>
-    : struct_shape<PartialSums<V, Closed, Moments, Gradients>, shape<PartialSums<V, Closed, Moments, Gradients>>> {
-    using T = PartialSums<V, Closed, Moments, Gradients>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const PartialSums<V, Closed, Moments, Gradients>*) {
+    using T = PartialSums<V, Closed, Moments, Gradients>;
+    return described((std::same_as<V, Vec<recorded, 4>> ? "QuadSums" : "Sums") + std::to_string(Closed),
+                     member{"value", &T::value}, member{"moment", &T::moment}, member{"gradient", &T::gradient});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() {
-        return (std::same_as<V, Vec<recorded, 4>> ? "QuadSums" : "Sums") + std::to_string(Closed);
-    }
-    static constexpr auto members() {
-        return std::tuple{member{"value", &T::value}, member{"moment", &T::moment}, member{"gradient", &T::gradient}};
-    }
-    /// @}
-};
-
-/// Translates G2PResult (the values of a particle that G2P computes from the grid) to a WGSL struct.
+/// The values of a particle that G2P computes from the grid.
 template <class S, int D>
-struct shape<G2PResult<S, D>> : struct_shape<G2PResult<S, D>, shape<G2PResult<S, D>>> {
-    using T = G2PResult<S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const G2PResult<S, D>*) {
+    using T = G2PResult<S, D>;
+    return described("G2PResult", member{"velocity", &T::velocity}, member{"affine", &T::affine},
+                     member{"velocity_gradient", &T::velocity_gradient});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "G2PResult"; }
-    static constexpr auto members() {
-        return std::tuple{member{"velocity", &T::velocity}, member{"affine", &T::affine},
-                          member{"velocity_gradient", &T::velocity_gradient}};
-    }
-    /// @}
-};
-
-/// Translates StateAndStress (a material's state and the stress in this state) to a WGSL struct.
+/// A material's state and the stress in this state.
 template <class State, class S, int D>
-struct shape<StateAndStress<State, S, D>>
-    : struct_shape<StateAndStress<State, S, D>, shape<StateAndStress<State, S, D>>> {
-    using T = StateAndStress<State, S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const StateAndStress<State, S, D>*) {
+    using T = StateAndStress<State, S, D>;
+    return described("StateAndStress", member{"state", &T::state}, member{"stress", &T::stress});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "StateAndStress"; }
-    static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
-    /// @}
-};
-
-/// Translates FilteredState (a particle after a filter of volume ratios) to a WGSL struct.
+/// A particle after a filter of volume ratios.
 template <class State, class S, int D>
-struct shape<FilteredState<State, S, D>> : struct_shape<FilteredState<State, S, D>, shape<FilteredState<State, S, D>>> {
-    using T = FilteredState<State, S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const FilteredState<State, S, D>*) {
+    using T = FilteredState<State, S, D>;
+    return described("FilteredState", member{"state", &T::state}, member{"stress", &T::stress});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "FilteredState"; }
-    static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
-    /// @}
-};
-
-/// Translates G2PMove (the new position of a particle) to a WGSL struct.
+/// The new position of a particle.
 template <class S, int D>
-struct shape<G2PMove<S, D>> : struct_shape<G2PMove<S, D>, shape<G2PMove<S, D>>> {
-    using T = G2PMove<S, D>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const G2PMove<S, D>*) {
+    using T = G2PMove<S, D>;
+    return described("G2PMove", member{"position", &T::position}, member{"outside", &T::outside});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "G2PMove"; }
-    static constexpr auto members() {
-        return std::tuple{member{"position", &T::position}, member{"outside", &T::outside}};
-    }
-    /// @}
-};
-
-/// Translates FixedPointLoad (maxima over the particles from which the bounds of the sums at nodes follow) to a WGSL
-/// struct.
+/// Maxima over the particles from which the bounds of the sums at nodes follow.
 template <class S>
-struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPointLoad<S>>> {
-    using T = FixedPointLoad<S>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const FixedPointLoad<S>*) {
+    using T = FixedPointLoad<S>;
+    return described("FixedPointLoad", member{"momentum", &T::momentum}, member{"gradient", &T::gradient},
+                     member{"mass", &T::mass}, member{"particles", &T::particles});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "FixedPointLoad"; }
-    static constexpr auto members() {
-        return std::tuple{member{"momentum", &T::momentum}, member{"gradient", &T::gradient}, member{"mass", &T::mass},
-                          member{"particles", &T::particles}};
-    }
-    /// @}
-};
-
-/// Translates FixedPointBound (upper bounds of the sums at a node) to a WGSL struct.
+/// Upper bounds of the sums at a node.
 template <class S>
-struct shape<FixedPointBound<S>> : struct_shape<FixedPointBound<S>, shape<FixedPointBound<S>>> {
-    using T = FixedPointBound<S>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const FixedPointBound<S>*) {
+    using T = FixedPointBound<S>;
+    return described("FixedPointBound", member{"momentum", &T::momentum}, member{"mass", &T::mass},
+                     member{"contributions", &T::contributions});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "FixedPointBound"; }
-    static constexpr auto members() {
-        return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass},
-                          member{"contributions", &T::contributions}};
-    }
-    /// @}
-};
-
-/// Translates FixedPointScale (how many quanta make one unit of momentum or mass) to a WGSL struct.
+/// How many quanta make one unit of momentum or mass.
 template <class S>
-struct shape<FixedPointScale<S>> : struct_shape<FixedPointScale<S>, shape<FixedPointScale<S>>> {
-    using T = FixedPointScale<S>;  ///< the C++ struct
-    /// \name Interface of struct_shape
-    /// @{
+auto struct_of(const FixedPointScale<S>*) {
+    using T = FixedPointScale<S>;
+    return described("FixedPointScale", member{"momentum", &T::momentum}, member{"mass", &T::mass});
+}
 
-    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "FixedPointScale"; }
-    static constexpr auto members() { return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass}}; }
-    /// @}
-};
-
-/// Translates NodeColumn (three nodes in a line across a wall) to a WGSL struct.
+/// Three nodes in a line across a wall.
 template <class S, int D>
-struct shape<NodeColumn<S, D>> : struct_shape<NodeColumn<S, D>, shape<NodeColumn<S, D>>> {
-    using T = NodeColumn<S, D>;  ///< the C++ struct
+auto struct_of(const NodeColumn<S, D>*) {
+    using T = NodeColumn<S, D>;
+    return described("NodeColumn", member{"behind", &T::behind}, member{"on", &T::on}, member{"front", &T::front},
+                     member{"mass_behind", &T::mass_behind}, member{"mass_on", &T::mass_on},
+                     member{"mass_front", &T::mass_front});
+}
+
+template <class T>
+concept has_struct_of = requires(const T* of) { struct_of(of); };
+
+}  // namespace detail
+
+/// Translates a struct that P2G or G2P uses to a WGSL struct.
+template <detail::has_struct_of T>
+struct shape<T> : struct_shape<T, shape<T>> {
     /// \name Interface of struct_shape
     /// @{
 
     /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
-    static std::string name() { return "NodeColumn"; }
-    static constexpr auto members() {
-        return std::tuple{member{"behind", &T::behind},   member{"on", &T::on},
-                          member{"front", &T::front},     member{"mass_behind", &T::mass_behind},
-                          member{"mass_on", &T::mass_on}, member{"mass_front", &T::mass_front}};
-    }
+    static std::string name() { return detail::struct_of(static_cast<const T*>(nullptr)).name; }
+    static auto members() { return detail::struct_of(static_cast<const T*>(nullptr)).members; }
     /// @}
 };
 

@@ -60,7 +60,7 @@ TEST_CASE("Columns become points, and a mesh", "[data][eigen]") {
     const TriangleMesh mesh = triangle_mesh(corners, facets);
     check_mesh(mesh);
     CHECK((mesh.triangles.size() == 4 && mesh.triangles[3] == std::array{1, 2, 3}));
-    check_refused<parameter_error>([&] { triangle_mesh(corners, facets.topRows(2)); }, "a column of 3 for each");
+    check_refused<parameter_error>([&] { return triangle_mesh(corners, facets.topRows(2)); }, "a column of 3 for each");
 }
 
 TEST_CASE("A program's own columns are stepped where they lie", "[data][eigen]") {

@@ -34,20 +34,20 @@ struct Budget {
 
 TEST_CASE("what no machine holds is refused with the bytes it would need") {
     // 1e18 positions of 24 bytes; a sphere of radius ½ has π/6 of that.
-    refused([] { sample_box<3>({0, 0, 0}, {1, 1, 1}, {.spacing = 1e-6}); }, "2.4e+19 bytes");
-    refused([] { sample_sphere<3>({0, 0, 0}, 0.5, {.spacing = 1e-6}); }, "1.25664e+19 bytes");
-    refused([] { sample_box<3>({0, 0, 0}, {1, 1, 1}, {.spacing = 1e-6, .pattern = Pattern::poisson_disk}); },
+    refused([] { return sample_box<3>({0, 0, 0}, {1, 1, 1}, {.spacing = 1e-6}); }, "2.4e+19 bytes");
+    refused([] { return sample_sphere<3>({0, 0, 0}, 0.5, {.spacing = 1e-6}); }, "1.25664e+19 bytes");
+    refused([] { return sample_box<3>({0, 0, 0}, {1, 1, 1}, {.spacing = 1e-6, .pattern = Pattern::poisson_disk}); },
             "2.4e+19 bytes");
-    refused([] { sample_box<2>({0, 0}, {1e30, 1e30}, {.spacing = 1e-6}); }, "1.6e+73 bytes");
-    refused([] { sample_mesh(test_meshes::unit_cube(), {.spacing = 1e-6}); }, "bytes");
-    refused([] { poisson_disk_points<3>({0, 0, 0}, {1, 1, 1}, 1e-6); }, "bytes");
+    refused([] { return sample_box<2>({0, 0}, {1e30, 1e30}, {.spacing = 1e-6}); }, "1.6e+73 bytes");
+    refused([] { return sample_mesh(test_meshes::unit_cube(), {.spacing = 1e-6}); }, "bytes");
+    refused([] { return poisson_disk_points<3>({0, 0, 0}, {1, 1, 1}, 1e-6); }, "bytes");
     refused([] { lattice_points<3>({0, 0, 0}, {1000000, 1000000, 1000000}, 1e-6); }, "2.4e+19 bytes");
     // 1e5 nodes along each side, and three beyond each face: 4 bytes each.
-    refused([] { mesh_distance(test_meshes::unit_cube(), {.spacing = 1e-5, .most_bytes = 1e300}); },
+    refused([] { return mesh_distance(test_meshes::unit_cube(), {.spacing = 1e-5, .most_bytes = 1e300}); },
             "(4000840058801372 bytes)");
     // 1e12 points of 24 bytes, 6e12 links and 2e12 facets of 12.
-    refused([] { cloth({{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {1000000, 1000000}); }, "GiB");
-    refused([] { cloth({{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {SIZE_MAX, SIZE_MAX}); }, "bytes");
+    refused([] { return cloth({{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {1000000, 1000000}); }, "GiB");
+    refused([] { return cloth({{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {SIZE_MAX, SIZE_MAX}); }, "bytes");
 }
 
 TEST_CASE("what this program cannot have is refused before it is asked for") {
@@ -58,8 +58,8 @@ TEST_CASE("what this program cannot have is refused before it is asked for") {
     SparseGrid<double, 2> grid({{0, 0}, {1e5, 4}, 1.0});
 
     const Budget budget(1e6);
-    refused([&] { lattice_body(samples); }, "A soft body of 8000 cells");
-    refused([&] { rope<3>({{0, 0, 0}}, {{1, 0, 0}}, 30000); }, "A net of 30001 points");
+    refused([&] { return lattice_body(samples); }, "A soft body of 8000 cells");
+    refused([&] { return rope<3>({{0, 0, 0}}, {{1, 0, 0}}, 30000); }, "A net of 30001 points");
     refused([&] { particles.reserve(20000); }, "20000 particles");
     refused([&] { grid.activate(partition); }, "18000 blocks of 16 nodes");
     CHECK_NOTHROW(particles.reserve(1000));

@@ -64,7 +64,7 @@ TEST_CASE("the distance to a triangle is the least over its points", "[data][mes
 
 TEST_CASE("the tree finds the distance of the nearest triangle", "[data][mesh_distance]") {
     const auto mesh = test_meshes::joined(test_meshes::sphere({0.2, 0.1, 0}, 0.3, 2), test_meshes::unit_cube());
-    const NearestTriangle nearest(mesh);
+    const firn::detail::NearestTriangle nearest(mesh);
     Random random(61);
     for (int trial = 0; trial < 500; ++trial) {
         const auto x = random.vector<3>(-1, 2);
@@ -170,7 +170,7 @@ TEST_CASE("outside of its box, a grid's distance is nearly that of the mesh, and
     for (const TriangleMesh& mesh : {octahedron(0.3), rotated(octahedron(0.3), turn),
                                      rotated(test_meshes::box({-0.3, -0.2, -0.25}, {0.3, 0.2, 0.25}), turn)}) {
         const DistanceGrid<double, 3, double> shape{mesh_distance<double>(mesh, {.spacing = spacing})};
-        const NearestTriangle exact(mesh);
+        const firn::detail::NearestTriangle exact(mesh);
         const auto& grid = *shape.numbers;
         Vec<double, 3> upper{};
         for (int a = 0; a < 3; ++a) upper[a] = grid.lower[a] + (grid.nodes[std::size_t(a)] - 1) * spacing;
@@ -326,7 +326,7 @@ TEST_CASE("meshes and grids that cannot be are refused, and memory is counted be
     const auto cube = test_meshes::unit_cube();
     const auto words_of = [](const TriangleMesh& mesh, const MeshDistanceOptions& options) {
         try {
-            mesh_distance(mesh, options);
+            static_cast<void>(mesh_distance(mesh, options));
         } catch (const parameter_error& e) {
             return std::string(e.what());
         }

@@ -125,7 +125,7 @@ TEST_CASE("Small bodies far from each other have a volume; two surfaces at one p
     CHECK(InsideTest(grains).volume() == Approx(2e-18).epsilon(1e-9));
     const auto nothing = joined(unit_cube(), reversed(unit_cube()));
     CHECK(holds(message<mesh_error>([&] { InsideTest{nothing}; }), "encloses no volume (0 m"));
-    CHECK(holds(message<mesh_error>([&] { mesh_body(joined(reversed(unit_cube()), unit_cube())); }),
+    CHECK(holds(message<mesh_error>([&] { return mesh_body(joined(reversed(unit_cube()), unit_cube())); }),
                 "encloses no volume (0 m"));
     // A flat shell beside a body adds nothing and is no fault.
     CHECK(InsideTest(joined(unit_cube(), box({2, 0, 0}, {3, 1, 0}))).volume() == Approx(1));

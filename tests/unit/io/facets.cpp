@@ -139,7 +139,7 @@ TEST_CASE("A file whose cells are broken is refused with the reason", "[io][stat
             const firn::hdf5::File file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
             forgery.make(file.id());
         }
-        const auto message = states::message<firn::io_error>([&] { firn::read_state<float>(path); });
+        const auto message = states::message<firn::io_error>([&] { return firn::read_state<float>(path); });
         INFO(message);
         CHECK(states::holds(message, forgery.reason));
         CHECK(states::holds(message, "forged.hdf"));

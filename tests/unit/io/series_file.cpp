@@ -36,14 +36,15 @@ TEST_CASE("A list of another program is read: other order, other members, no spa
 TEST_CASE("A list that is broken is refused with its name and the place", "[io][series]") {
     const states::Folder folder;
     const auto path = folder / "a.hdf.series";
-    CHECK(states::holds(states::message<firn::io_error>([&] { firn::read_series(path); }), "a.hdf.series"));
+    CHECK(states::holds(states::message<firn::io_error>([&] { return firn::read_series(path); }), "a.hdf.series"));
     const std::string good = R"({"files":[{"name":"a","time":1}]})";
     states::put_bytes(path, good);
     REQUIRE(firn::read_series(path) == Entries{{"a", 1}});
     for (std::size_t length = 0; length < good.size(); ++length) {
         CAPTURE(length);
         states::put_bytes(path, good.substr(0, length));
-        CHECK(states::holds(states::message<firn::io_error>([&] { firn::read_series(path); }), "broken at byte"));
+        CHECK(
+            states::holds(states::message<firn::io_error>([&] { return firn::read_series(path); }), "broken at byte"));
     }
     for (const std::string wrong :
          {R"([])", R"({})", R"({"files":{}})", R"({"files":[1]})", R"({"files":[{"name":1,"time":1}]})",

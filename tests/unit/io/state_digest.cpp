@@ -156,7 +156,7 @@ void make_old(const std::filesystem::path& path, std::int64_t schema) {
 
 template <class S>
 std::string refusal(const std::filesystem::path& path) {
-    return states::message<firn::io_error>([&] { firn::read_state<S>(path); });
+    return states::message<firn::io_error>([&] { return firn::read_state<S>(path); });
 }
 
 }  // namespace

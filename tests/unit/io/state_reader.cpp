@@ -14,7 +14,7 @@ namespace state_reader_tests {
 namespace {
 
 std::string refusal(const std::filesystem::path& path) {
-    return states::message<firn::io_error>([&] { firn::read_state<float>(path); });
+    return states::message<firn::io_error>([&] { return firn::read_state<float>(path); });
 }
 
 /// Puts a dataset of float zeros in the place of another, as `layout` says.
@@ -43,7 +43,7 @@ TEST_CASE("A state of the other precision is refused with the advice how to read
     CHECK(states::holds(refusal(folder / "d.hdf"),
                         "64-bit float where 32-bit float is expected; read it with "
                         "read_state<double>"));
-    CHECK(states::holds(states::message<firn::io_error>([&] { firn::read_state<double>(folder / "f.hdf"); }),
+    CHECK(states::holds(states::message<firn::io_error>([&] { return firn::read_state<double>(folder / "f.hdf"); }),
                         "read_state<float>"));
 }
 

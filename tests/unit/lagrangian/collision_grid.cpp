@@ -29,7 +29,7 @@ std::multiset<Pair> found(const CollisionGrid<S, D>& grid, double reach) {
     std::multiset<Pair> pairs;
     typename CollisionGrid<S, D>::Neighbours neighbours(grid);
     for (std::size_t k = 0; k < grid.size(); ++k)
-        for (const SortedRange& range : neighbours.of(k))
+        for (const firn::detail::SortedRange& range : neighbours.of(k))
             for (std::size_t j = range.begin; j < range.end; ++j) {
                 const auto along = grid.position(j) - grid.position(k);
                 double square = 0;  // by the rounded coordinates

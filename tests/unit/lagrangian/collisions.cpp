@@ -159,7 +159,7 @@ TEST_CASE("collisions: surfaces have their own friction, and impulses are kept b
     collisions.change_velocities(points);
     CHECK(norm(points.velocity[0] - Vec<double, 2>{{4 - 0.3 * 2, 0}}) < 1e-14);
     REQUIRE(collisions.kept()->size() == 1);
-    CHECK(collisions.kept()->front().ids == std::array{0u, ContactTable<double, 2>::first_surface - 2});
+    CHECK(collisions.kept()->front().ids == std::array{0u, firn::detail::ContactTable<double, 2>::first_surface - 2});
 }
 
 TEST_CASE("collisions: a pinned ball is a wall that moves by its velocity", "[lagrangian]") {

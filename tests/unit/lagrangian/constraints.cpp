@@ -125,21 +125,21 @@ TEST_CASE("links of one colour share no point, and a hub of many links is still 
     for (const Link& link : net.links) links.push_back({link.a, link.b});
     const std::uint32_t hub = 0;
     for (std::uint32_t i = 1; i < 100; ++i) links.push_back({hub, i});
-    const LinkColours colours(links, net.positions.size());
+    const firn::detail::LinkColours colours(links, net.positions.size());
     std::set<std::pair<int, std::uint32_t>> seen;
     int without = 0;
     for (std::size_t k = 0; k < links.size(); ++k) {
-        if (colours.colour[k] == LinkColours::most) {
+        if (colours.colour[k] == firn::detail::LinkColours::most) {
             ++without;
             continue;
         }
         for (const std::uint32_t point : links[k]) CHECK(seen.insert({colours.colour[k], point}).second);
     }
-    CHECK(colours.count == LinkColours::most);
+    CHECK(colours.count == firn::detail::LinkColours::most);
     CHECK(without > 30);
     auto changed = colours.colour;
     CHECK(are_colours(changed, links, net.positions.size()));
-    changed[0] = LinkColours::most + 1;  // there is none
+    changed[0] = firn::detail::LinkColours::most + 1;  // there is none
     CHECK_FALSE(are_colours(changed, links, net.positions.size()));
 
     // A wheel: spokes of one length, all pulled in.

@@ -240,7 +240,7 @@ TEST_CASE("springs that are left keep their own numbers when others lose an end 
 TEST_CASE("the corners on a point are in the order of the elements, in which it sums", "[lagrangian]") {
     using Ends = std::array<std::uint32_t, 2>;
     const std::vector<Ends> elements{{0, 1}, {1, 2}, {1, 0}};
-    const Incidence incidence(std::span<const Ends>(elements), 3);
+    const firn::detail::Incidence incidence(std::span<const Ends>(elements), 3);
     const auto at_1 = incidence.of(1);
     CHECK(std::vector<std::uint32_t>(at_1.begin(), at_1.end()) == std::vector<std::uint32_t>{1, 2, 4});
 }

@@ -126,9 +126,10 @@ TEST_CASE("Cells that touch along an edge only get one between them, so that the
 
 TEST_CASE("Samples that are no lattice, lie there twice, or fall apart are refused") {
     CHECK_THROWS_AS(lattice_body(Samples<3>{}), parameter_error);
-    CHECK(holds(message<parameter_error>([] { lattice_body(cubes({{0, 0, 0}, {1.2, 0, 0}})); }), "Pattern::lattice"));
-    CHECK(holds(message<parameter_error>([] { lattice_body(cubes({{0, 0, 0}, {0, 0, 0}})); }), "Two samples"));
-    CHECK(holds(message<parameter_error>([] { lattice_body(cubes({{0, 0, 0}, {2, 0, 0}, {3, 0, 0}})); }),
+    CHECK(holds(message<parameter_error>([] { return lattice_body(cubes({{0, 0, 0}, {1.2, 0, 0}})); }),
+                "Pattern::lattice"));
+    CHECK(holds(message<parameter_error>([] { return lattice_body(cubes({{0, 0, 0}, {0, 0, 0}})); }), "Two samples"));
+    CHECK(holds(message<parameter_error>([] { return lattice_body(cubes({{0, 0, 0}, {2, 0, 0}, {3, 0, 0}})); }),
                 "of its 3 cells 2 are not joined"));
     CHECK_THROWS_AS(lattice_body(Samples<3>{{{0, 0, 0}}, -1.0}), parameter_error);
     const auto body = lattice_body(cubes({{0, 0, 0}}));
@@ -168,7 +169,7 @@ TEST_CASE("A closed mesh is held by links from every vertex to the other side") 
 TEST_CASE("A mesh with a hole, or flat, is no soft body") {
     auto holed = test_meshes::unit_cube();
     holed.triangles.pop_back();
-    CHECK(holds(message<mesh_error>([&] { mesh_body(holed); }), "not a closed"));
+    CHECK(holds(message<mesh_error>([&] { return mesh_body(holed); }), "not a closed"));
     const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
     CHECK_THROWS_AS(mesh_body(flat), mesh_error);
 }
