@@ -23,7 +23,7 @@ exec wgsl  :
 lagrangian :
 simulation :
 firn       :
-io         : hdf5 vendor posix
+io         : hdf5 posix
 webgpu     : webgpu
 mpi        : mpi posix
 '
@@ -80,7 +80,6 @@ while IFS= read -r -d '' file; do
         [[ $text =~ \<(.*)\> ]] || continue
         target=${BASH_REMATCH[1]}
         case $target in
-            firn/vendor/* | firn/*/vendor/*) uses "$header" "$own" vendor "$line" ;;
             firn/*)
                 other=$(layer_of "$target")
                 if [[ -z ${level[$other]:-} ]]; then
@@ -108,7 +107,7 @@ while IFS= read -r -d '' file; do
     while IFS=: read -r line text; do
         [[ $text =~ omp[[:space:]]+(simd|declare[[:space:]]+simd) ]] || uses "$header" "$own" openmp "$line"
     done < <(grep -nE '^[[:space:]]*#[[:space:]]*pragma[[:space:]]+omp|_Pragma\("omp' "$file" || true)
-done < <(find "$include_dir/firn" -name '*.hpp' -not -path '*/vendor/*' -print0 | sort -z)
+done < <(find "$include_dir/firn" -name '*.hpp' -print0 | sort -z)
 
 echo "$count headers, $mistakes mistakes"
 ((count > 0 && mistakes == 0))

@@ -18,9 +18,11 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
     grid.activate(simulation.partition());
     auto particles = simulation.particles();
     detail::JoinNothing one_rank;
-    detail::sum_in_quanta<Kernel, Transfer, Force>(
-        simulation.execution, one_rank, grid, simulation.fixed_time_step,
-        ParticleSet<decltype(particles.view())>{particles.view(), simulation.partition()});
+    const auto sum = [&](auto sets) {
+        detail::sum_in_quanta<Kernel, Transfer, Force>(simulation.execution, one_rank, grid,
+                                                       simulation.fixed_time_step, sets);
+    };
+    detail::with_sets(sum, ParticleSet<decltype(particles.view())>{particles.view(), simulation.partition()});
     using Node = std::array<std::int32_t, node_width>;
     const std::int32_t* sums = detail::integers_of<std::int32_t>(grid).sums;
     std::size_t all = 1;

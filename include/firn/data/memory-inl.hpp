@@ -7,7 +7,7 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
-FIRN_BODY std::string bytes_text(double bytes) {
+[[gnu::cold]] FIRN_BODY std::string bytes_text(double bytes) {
     const std::string all = rounded_text(bytes, bytes < 0x1p53 ? 16 : 6) + " bytes";
     const char* const units[] = {"", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
     int unit = 0;
@@ -17,7 +17,7 @@ FIRN_BODY std::string bytes_text(double bytes) {
 
 }  // namespace detail
 
-FIRN_BODY double memory_limit() {
+[[gnu::cold]] FIRN_BODY double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
 #if defined(_SC_PHYS_PAGES) && defined(_SC_PAGESIZE)
@@ -45,7 +45,7 @@ FIRN_BODY double memory_limit() {
     return most;
 }
 
-FIRN_BODY void require_memory(double bytes, const std::string& what, const char* advice) {
+[[gnu::cold]] FIRN_BODY void require_memory(double bytes, const std::string& what, const char* advice) {
     const double most = memory_limit();
     if (bytes <= most) return;
     throw memory_error(sentence(what, " would need ", detail::bytes_text(bytes), " of memory; there are at most ",

@@ -117,7 +117,7 @@ struct OneRank {
     static void end_g2p(Sets&, double /* time */, bool right, double& /* acceleration */, const Describe& describe) {
         if (!right) describe();
     }
-    /// Adds up the sums of all ranks; each rank then has the sums over all. \see ExactSum::digits
+    /// Adds up the sums of all ranks; each rank then has the sums over all. \see digits_of
     static void merge(std::span<ExactSum>) {}
     /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
     template <int D>

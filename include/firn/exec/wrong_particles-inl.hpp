@@ -5,19 +5,19 @@
 
 namespace firn::inline FIRN_BUILD::detail {
 
-FIRN_BODY double ParticleFacts::speed() const {  ///< Returns |v| [m/s].
+[[gnu::cold]] FIRN_BODY double ParticleFacts::speed() const {  ///< Returns |v| [m/s].
     double square = 0;
     for (int a = 0; a < dimension; ++a) square += velocity[a] * velocity[a];
     return std::sqrt(square);
 }
 
-FIRN_BODY std::string ParticleFacts::text() const {
+[[gnu::cold]] FIRN_BODY std::string ParticleFacts::text() const {
     return sentence("particle ", id, has_position ? " at " + point_text(position, dimension) + " m" : "",
                     " with velocity ", point_text(velocity, dimension), " m/s",
                     has_volume_ratio ? sentence(", J = ", volume_ratio) : "");
 }
 
-FIRN_BODY void ParticleFacts::look_at(const char* name, const double* numbers, int components) {
+[[gnu::cold]] FIRN_BODY void ParticleFacts::look_at(const char* name, const double* numbers, int components) {
     bool finite = true;
     for (int k = 0; k < components; ++k) finite = finite && std::isfinite(numbers[k]);
     if (finite) return;
@@ -25,7 +25,7 @@ FIRN_BODY void ParticleFacts::look_at(const char* name, const double* numbers, i
     for (; *name; ++name) not_finite += *name == '_' ? ' ' : *name;
 }
 
-FIRN_BODY void WrongParticles::see(ParticleFacts& one) {
+[[gnu::cold]] FIRN_BODY void WrongParticles::see(ParticleFacts& one) {
     if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
     ++count;
     std::size_t place = std::min(count, lowest_.size()) - 1;
@@ -35,7 +35,7 @@ FIRN_BODY void WrongParticles::see(ParticleFacts& one) {
     if (place == 0) first_ = std::move(one);
 }
 
-FIRN_BODY std::string WrongParticles::text() const {
+[[gnu::cold]] FIRN_BODY std::string WrongParticles::text() const {
     const std::string total = sentence(of, of == 1 ? " particle" : " particles");
     if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
     std::string further;

@@ -236,8 +236,8 @@ private:
 };
 
 template <std::floating_point S, int D, class T>
-void check_same_run(const PolicyFacts& facts, const Domain<D>& domain, const SetOf<S, D>& set, const State<T>& state,
-                    Restart how) {
+[[gnu::cold]] void check_same_run(const PolicyFacts& facts, const Domain<D>& domain, const SetOf<S, D>& set,
+                                  const State<T>& state, Restart how) {
     constexpr const char* advice =
         "Go on with a simulation of the same policies and precision, or use Restart::converted.";
     const std::vector<StateAttribute>& policies = facts.attributes;
@@ -279,7 +279,7 @@ void check_same_run(const PolicyFacts& facts, const Domain<D>& domain, const Set
 /// states lie in the blocks of their groups already.)
 /// \throws io_error  if the domain has no blocks for a group
 template <std::floating_point S, int D>
-void restore_contact_groups(SetOf<S, D>& stored, bool converted) {
+[[gnu::cold]] void restore_contact_groups(SetOf<S, D>& stored, bool converted) {
     const Domain<D>& domain = stored.store().domain();
     for (const Body& body : stored.bodies) {
         if (body.contact_group == 0) continue;
@@ -292,7 +292,7 @@ void restore_contact_groups(SetOf<S, D>& stored, bool converted) {
 /// Checks that the particles lie in the blocks of their bodies' contact groups, and tells the partition of them.
 /// \throws io_error  if a particle does not
 template <std::floating_point S, int D>
-void check_contact_groups(SetOf<S, D>& stored) {
+[[gnu::cold]] void check_contact_groups(SetOf<S, D>& stored) {
     const ParticleStore<S, D>& particles = stored.store();
     bool grouped = particles.has_contact_groups();
     for (const Body& body : stored.bodies) grouped = grouped || body.contact_group != 0;
@@ -307,8 +307,8 @@ void check_contact_groups(SetOf<S, D>& stored) {
 }
 
 template <std::floating_point S, int D, class T>
-RestoredRun read_particles(const State<T>& state, Restart how, const KernelFacts& kernel, int threads,
-                           SetOf<S, D>& stored) {
+[[gnu::cold]] RestoredRun read_particles(const State<T>& state, Restart how, const KernelFacts& kernel, int threads,
+                                         SetOf<S, D>& stored) {
     const ParticlesOfState<S, D, T> read(state);
     RestoredRun made{{state.time, state.step, state.last_time_step}, how == Restart::converted};
     ParticleStore<S, D>& particles = stored.store();

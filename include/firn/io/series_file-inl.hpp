@@ -24,12 +24,12 @@ namespace detail {
 /// index is 10,000 or more, the number in the file name has more than four digits.
 /// \param name   NAME
 /// \param index  index of the state in the series, from 0
-inline std::string series_member(const std::string& name, std::size_t index) {
+[[gnu::cold]] inline std::string series_member(const std::string& name, std::size_t index) {
     const auto digits = std::to_string(index);
     return name + "_" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits + ".hdf";
 }
 
-inline bool is_series_member(std::string_view file, std::string_view name) {
+[[gnu::cold]] inline bool is_series_member(std::string_view file, std::string_view name) {
     constexpr std::string_view ending = ".hdf";
     if (file.size() < name.size() + 5 + ending.size()) return false;
     if (!file.starts_with(name) || file[name.size()] != '_' || !file.ends_with(ending)) return false;
@@ -40,7 +40,7 @@ inline bool is_series_member(std::string_view file, std::string_view name) {
 /// Returns the number in the name of a state's file, for example 12 for NAME_0012.hdf.
 /// \param file  the name of the file, for which is_series_member() is true
 /// \param name  NAME
-inline std::size_t series_number(std::string_view file, std::string_view name) {
+[[gnu::cold]] inline std::size_t series_number(std::string_view file, std::string_view name) {
     std::size_t number = 0;
     std::from_chars(file.data() + name.size() + 1, file.data() + file.size(), number);
     return number;
@@ -48,7 +48,7 @@ inline std::size_t series_number(std::string_view file, std::string_view name) {
 
 }  // namespace detail
 
-FIRN_BODY void write_series(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries) {
+[[gnu::cold]] FIRN_BODY void write_series(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries) {
     AtomicFile file(path);
     file.write("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
     for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -60,7 +60,7 @@ FIRN_BODY void write_series(const std::filesystem::path& path, const std::vector
     file.commit();
 }
 
-FIRN_BODY std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
+[[gnu::cold]] FIRN_BODY std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
     std::error_code failure;
     const auto size = std::filesystem::file_size(path, failure);
     if (failure) throw io_error(sentence("The list of states ", path, " cannot be read: ", failure.message(), "."));
@@ -108,7 +108,8 @@ namespace detail {
 /// NAME_0000.hdf. Returns an empty vector if the list does not exist or cannot be read.
 /// \param list  the path of the list
 /// \param name  NAME
-inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list, std::string_view name) {
+[[gnu::cold]] inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list,
+                                                                     std::string_view name) {
     std::vector<std::string> members;
     try {
         for (auto& entry : read_series(list)) {

@@ -24,7 +24,7 @@ namespace detail {
 /// Attributes of a state: what shapes the run besides its parameters, and the sources and sinks of its set.
 inline constexpr const char *settings_name = "settings", *sources_name = "sources_and_sinks";
 
-inline std::string digest_text(std::uint64_t digest) {
+[[gnu::cold]] inline std::string digest_text(std::uint64_t digest) {
     std::string text = "digest ";
     for (int shift = 60; shift >= 0; shift -= 4) text += "0123456789abcdef"[digest >> shift & 15u];
     return text;
@@ -76,7 +76,7 @@ struct Settings {
 
 /// Returns the sources and sinks of a set of particles.
 template <int D>
-Settings settings_of(const std::vector<Source<D>>& sources, const std::vector<Sink<D>>& sinks) {
+[[gnu::cold]] Settings settings_of(const std::vector<Source<D>>& sources, const std::vector<Sink<D>>& sinks) {
     const auto vector = [](const Vec<double, D>& v) {
         std::string text;
         for (const double x : v.v) text += (text.empty() ? "(" : ", ") + exact_text(x);
@@ -98,7 +98,8 @@ Settings settings_of(const std::vector<Source<D>>& sources, const std::vector<Si
 
 /// Returns the first item in which two lists of items differ, from each of them; an empty item if one list has none in
 /// its place, but goes on as the other.
-inline std::pair<std::string, std::string> first_difference(std::string_view one, std::string_view other) {
+[[gnu::cold]] inline std::pair<std::string, std::string> first_difference(std::string_view one,
+                                                                          std::string_view other) {
     const auto [a, b] = first_unequal_items(one, other);
     const auto is_in = [](std::string_view item, std::string_view list) {
         return item.empty() || sentence("; ", list, "; ").find(sentence("; ", item, "; ")) != std::string::npos;
@@ -111,7 +112,7 @@ inline std::pair<std::string, std::string> first_difference(std::string_view one
 /// Checks that a state has the same settings as this run. A state that says nothing of them is of an earlier version.
 /// \throws io_error  if they differ; the message shows the first difference
 template <class S>
-void check_settings(const State<S>& state, const StateAttribute& ours, const char* advice) {
+[[gnu::cold]] void check_settings(const State<S>& state, const StateAttribute& ours, const char* advice) {
     for (const StateAttribute& theirs : state.attributes) {
         if (theirs.name != ours.name || theirs.value == ours.value) continue;
         const auto [there, here] = first_difference(theirs.value, ours.value);
@@ -121,7 +122,8 @@ void check_settings(const State<S>& state, const StateAttribute& ours, const cha
 }
 
 /// Warns of each policy that has data of which nothing tells whether they are those of the run that wrote the state.
-inline void warn_of_unseen(const Settings& settings, const std::function<void(const std::string&)>& warn) {
+[[gnu::cold]] inline void warn_of_unseen(const Settings& settings,
+                                         const std::function<void(const std::string&)>& warn) {
     for (const std::string& policy : settings.unseen)
         if (warn)
             warn(sentence("the ", policy,

@@ -43,12 +43,12 @@ std::vector<double> as_doubles(S value) {
     return {double(value)};
 }
 template <class S, int D>
-std::vector<double> as_doubles(const Vec<S, D>& value) {
+[[gnu::cold]] std::vector<double> as_doubles(const Vec<S, D>& value) {
     return {value.v, value.v + D};
 }
 
 /// Returns a number, or several numbers in parentheses, with all of their digits.
-inline std::string numbers_text(const std::vector<double>& numbers) {
+[[gnu::cold]] inline std::string numbers_text(const std::vector<double>& numbers) {
     if (numbers.size() == 1) return exact_text(numbers[0]);
     std::string text;
     for (const double number : numbers) text += (text.empty() ? "(" : ", ") + exact_text(number);
@@ -58,7 +58,7 @@ inline std::string numbers_text(const std::vector<double>& numbers) {
 template <state_scalar S>
 inline constexpr const char* precision_name = sizeof(S) == 4 ? "float" : "double";
 
-inline std::string compiler_name() {
+[[gnu::cold]] inline std::string compiler_name() {
 #if defined(__clang__)
     return sentence("clang ", __clang_major__, ".", __clang_minor__, ".", __clang_patchlevel__);
 #else
@@ -69,7 +69,7 @@ inline std::string compiler_name() {
 /// Returns the name of the instruction set for which the program is compiled, such as "x86-64 avx2 fma". The name ends
 /// with ", not optimised" if the compiler does not optimise. The instruction set can change rounding, because a fused
 /// multiply-add rounds once instead of twice.
-inline std::string instruction_set() {
+[[gnu::cold]] inline std::string instruction_set() {
     std::string name =
 #if defined(__x86_64__)
         "x86-64";
@@ -96,14 +96,14 @@ inline std::string instruction_set() {
 
 /// Returns the attributes that describe the build: version of firn, compiler and instruction set. Restart::same_bits
 /// only accepts a state with the same values of these attributes.
-inline std::vector<StateAttribute> build_attributes() {
+[[gnu::cold]] inline std::vector<StateAttribute> build_attributes() {
     return {{"library_version", version()}, {"compiler", compiler_name()}, {"instruction_set", instruction_set()}};
 }
 
 /// Checks that the number of dimensions of the state is `dimension`.
 /// \throws io_error  if the state has another number of dimensions
 template <class S>
-void check_dimension(const State<S>& state, int dimension) {
+[[gnu::cold]] void check_dimension(const State<S>& state, int dimension) {
     if (state.dimension != dimension)
         throw io_error(sentence("The state has ", state.dimension, " dimensions, this run has ", dimension, "."));
 }
@@ -111,8 +111,8 @@ void check_dimension(const State<S>& state, int dimension) {
 /// Returns the first items in which two lists of items, separated by "; ", differ. A list that has ended has empty
 /// ones.
 /// \param one, other  the lists; afterwards what follows these items
-inline std::pair<std::string_view, std::string_view> first_unequal_items(std::string_view& one,
-                                                                         std::string_view& other) {
+[[gnu::cold]] inline std::pair<std::string_view, std::string_view> first_unequal_items(std::string_view& one,
+                                                                                       std::string_view& other) {
     const auto next = [](std::string_view& list) {
         const std::size_t end = std::min(list.find("; "), list.size());
         const std::string_view item = list.substr(0, end);
@@ -133,7 +133,7 @@ inline std::pair<std::string_view, std::string_view> first_unequal_items(std::st
 /// \param advice  last sentence of the error's message
 /// \throws io_error  if the state lacks one of these attributes, or if the state has another value for one of them
 template <class S>
-void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
+[[gnu::cold]] void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
     for (const StateAttribute& mine : ours) {
         const auto same = [&](const StateAttribute& a) { return a.name == mine.name; };
         const auto theirs = std::find_if(state.attributes.begin(), state.attributes.end(), same);
@@ -152,7 +152,7 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
 /// Checks that the state was written by the same build as this program.
 /// \throws io_error  if the state was written with another compiler, instruction set or version of firn
 template <class S>
-void check_same_build(const State<S>& state) {
+[[gnu::cold]] void check_same_build(const State<S>& state) {
     check_same(state, build_attributes(),
                "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
@@ -164,18 +164,18 @@ void check_same_build(const State<S>& state) {
 /// Returns the values of the parameter `name` in the group `group` of a state.
 /// \throws io_error  if the state has no such parameter
 template <class S>
-std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
+[[gnu::cold]] std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
     for (const StateParameter& p : state.parameters)
         if (p.group == group && p.name == name && !p.values.empty()) return p.values;
     throw_no_parameter(group, name);
 }
 
 template <class S>
-bool has_parameter(const State<S>& state, const char* group, const char* name) {
+[[gnu::cold]] bool has_parameter(const State<S>& state, const char* group, const char* name) {
     return std::ranges::any_of(state.parameters, [&](const auto& p) { return p.group == group && p.name == name; });
 }
 
-inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
+[[gnu::cold]] inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
     for (const StateTable& t : tables)
         if (t.name == name && t.columns == columns) return t;
     throw io_error(sentence("The state has no table '", name, "' of ", columns,
@@ -195,7 +195,7 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///                   state than in the policy, or if a value is NaN or has a magnitude of at least 1e300; the policy is
 ///                   then unchanged
 template <class Policy, state_scalar S>
-void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
+[[gnu::cold]] void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
     const std::vector<StateParameter>& all = state.parameters;
     std::size_t next = 0;  // where to look first: a list of colliders has very many, in the order of the policy
     Policy restored = policy;

@@ -23,14 +23,14 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
-inline bool has_member(hid_t parent, const std::string& name) {
+[[gnu::cold]] inline bool has_member(hid_t parent, const std::string& name) {
     return hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) > 0;
 }
 
 /// Checks that the group `parent` has a member `name`, and that this member is not a soft or external link, which could
 /// lead to another file.
 /// \throws io_error  if the member is missing, or if it is such a link
-inline void require_member(hid_t parent, const std::string& name) {
+[[gnu::cold]] inline void require_member(hid_t parent, const std::string& name) {
     if (!has_member(parent, name)) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
     }
@@ -39,14 +39,14 @@ inline void require_member(hid_t parent, const std::string& name) {
     if (info.type != H5L_TYPE_HARD) throw io_error("'" + name + "' is a link to elsewhere; firn reads no links");
 }
 
-inline hdf5::Group open_group(hid_t parent, const std::string& name) {
+[[gnu::cold]] inline hdf5::Group open_group(hid_t parent, const std::string& name) {
     require_member(parent, name);
     return {H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open the group " + name};
 }
 
 /// Returns the names of a group's members, in the order in which they were written. If the file does not record this
 /// order, the names are in alphabetical order.
-inline std::vector<std::string> member_names(const hdf5::Group& group) {
+[[gnu::cold]] inline std::vector<std::string> member_names(const hdf5::Group& group) {
     const std::string_view tried = "list a group";
     H5G_info_t info;
     hdf5::check(H5Gget_info(group.id(), &info), tried);
@@ -70,7 +70,7 @@ inline std::vector<std::string> member_names(const hdf5::Group& group) {
     return names;
 }
 
-inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
+[[gnu::cold]] inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
     std::vector<std::string> names;
     const auto keep = [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
         try {
@@ -94,7 +94,7 @@ inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
 
 /// Returns the text of an attribute that is a string of fixed length. Returns nullopt if the attribute does not exist,
 /// has another type, or is longer than max_state_text.
-inline std::optional<std::string> read_text(hid_t owner, const std::string& name) {
+[[gnu::cold]] inline std::optional<std::string> read_text(hid_t owner, const std::string& name) {
     const std::string tried = "read the attribute " + name;
     if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
     const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
@@ -114,7 +114,8 @@ inline std::optional<std::string> read_text(hid_t owner, const std::string& name
 /// \param value  where the number goes, of the type `number.memory`
 /// \return whether the attribute exists
 /// \throws io_error  if the attribute is not one number of this type
-inline bool read_number(hid_t owner, const std::string& name, const hdf5::NumberType& number, void* value) {
+[[gnu::cold]] inline bool read_number(hid_t owner, const std::string& name, const hdf5::NumberType& number,
+                                      void* value) {
     const std::string tried = "read the attribute " + name;
     if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return false;
     const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
@@ -130,7 +131,7 @@ inline bool read_number(hid_t owner, const std::string& name, const hdf5::Number
 /// Reads an attribute that is one integer; nullopt if it does not exist.
 /// \throws io_error  if the attribute is not one integer of type T
 template <class T = std::int64_t>
-std::optional<T> read_integer(hid_t owner, const std::string& name) {
+[[gnu::cold]] std::optional<T> read_integer(hid_t owner, const std::string& name) {
     T value = 0;
     if (!read_number(owner, name, hdf5::number_type<T>(), &value)) return {};
     return value;
@@ -317,8 +318,8 @@ private:
 /// Reads a field.
 /// \param rows  the number of rows that the field must have; nullopt: any number is accepted, and is stored here
 template <class S>
-StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string& dataset, const std::string& name,
-                         int dimension, std::optional<hsize_t>& rows) {
+[[gnu::cold]] StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string& dataset,
+                                       const std::string& name, int dimension, std::optional<hsize_t>& rows) {
     auto table = reader.read_part<S>(parent, dataset, rows);
     rows = table.rows;
     const auto components = table.components.value_or(std::int64_t(table.columns));
@@ -348,7 +349,7 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
 /// ignored.
 /// \throws io_error  if the cells in the file are invalid
 template <class S>
-void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
+[[gnu::cold]] void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
     const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
                ids = reader.read_value<std::int64_t>(vtk.id(), "NumberOfConnectivityIds");
     if (cells == ids) return;  // each cell has one point, so there are no facets
@@ -394,14 +395,14 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
 struct NamesOfSchema {
     const char *body, *last_time_step;
 };
-inline NamesOfSchema names_of_schema(std::int64_t schema) {
+[[gnu::cold]] inline NamesOfSchema names_of_schema(std::int64_t schema) {
     return schema < 3 ? NamesOfSchema{"material", "dt"} : NamesOfSchema{"body", "last_time_step"};
 }
 
 /// Reads the group VTKHDF.
 /// \return  the number of points in the file
 template <class S>
-hsize_t read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
+[[gnu::cold]] hsize_t read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
     const auto vtk = open_group(file, "VTKHDF");
     if (const auto type = read_text(vtk.id(), "Type"); type != "UnstructuredGrid") {
         throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' is expected");
@@ -442,7 +443,7 @@ hsize_t read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& n
 }
 
 template <class S>
-void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+[[gnu::cold]] void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
     const auto all = open_group(firn_group.id(), "parameters");
     for (const auto& group_name : member_names(all)) {
         const auto group = open_group(all.id(), group_name);
@@ -471,7 +472,7 @@ void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State
 
 /// Reads the attributes that are texts, and the texts that are too long for attributes.
 template <class S>
-void read_attributes(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+[[gnu::cold]] void read_attributes(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
     std::optional<hdf5::Group> long_texts;
     if (has_member(firn_group.id(), long_texts_name)) long_texts = open_group(firn_group.id(), long_texts_name);
     for (const auto& name : attribute_names(firn_group)) {
@@ -489,7 +490,7 @@ void read_attributes(const hdf5::Group& firn_group, DatasetReader& reader, State
 /// the rows is read.
 /// \return  the number of rows of each table in the file
 template <class S>
-std::vector<hsize_t> read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+[[gnu::cold]] std::vector<hsize_t> read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
     const auto tables = open_group(firn_group.id(), "tables");
     std::vector<hsize_t> rows;
     for (const auto& name : member_names(tables)) {
@@ -512,7 +513,8 @@ struct StateOnDisk {
 
 /// Reads a state, or the part `part` of its rows.
 template <class S>
-StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_digest, const RowsPart& part = {}) {
+[[gnu::cold]] StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_digest,
+                                             const RowsPart& part = {}) {
     std::error_code failure;
     const auto file_bytes = std::filesystem::file_size(path, failure);
     if (failure) throw io_error("could not open it: " + failure.message());
@@ -547,7 +549,7 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 /// Checks that the parts of a state that was read from the file `path` fit together.
 /// \throws io_error  if they do not
 template <class S>
-void check_what_was_read(const std::filesystem::path& path, const State<S>& state) {
+[[gnu::cold]] void check_what_was_read(const std::filesystem::path& path, const State<S>& state) {
     try {
         check_state(state);
     } catch (const parameter_error& wrong) {
@@ -564,7 +566,7 @@ void check_what_was_read(const std::filesystem::path& path, const State<S>& stat
 }  // namespace detail
 
 template <state_scalar S>
-State<S> read_state(const std::filesystem::path& path, const StateReading& reading) {
+[[gnu::cold]] State<S> read_state(const std::filesystem::path& path, const StateReading& reading) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });
     detail::check_what_was_read(path, found.state);
     if (found.digest && *found.digest != digest(found.state)) detail::throw_wrong_digest(path);

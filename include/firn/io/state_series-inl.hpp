@@ -11,7 +11,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
-FIRN_BODY StateSeries::StateSeries(std::filesystem::path directory, std::string name, const StateOptions& options)
+[[gnu::cold]] FIRN_BODY StateSeries::StateSeries(std::filesystem::path directory, std::string name,
+                                                 const StateOptions& options)
     : directory_(std::move(directory)), name_(std::move(name)), options_(options) {
     detail::check_state_name("series", name_);
     std::error_code failure;
@@ -22,7 +23,7 @@ FIRN_BODY StateSeries::StateSeries(std::filesystem::path directory, std::string 
     }
 }
 
-FIRN_BODY void StateSeries::go_on_from(double time) {
+[[gnu::cold]] FIRN_BODY void StateSeries::go_on_from(double time) {
     std::vector<SeriesEntry> kept;
     std::size_t next = 0;
     for (SeriesEntry& entry : read_series(path())) {
@@ -39,13 +40,13 @@ FIRN_BODY void StateSeries::go_on_from(double time) {
 }
 
 template <state_scalar S>
-std::filesystem::path StateSeries::write(const State<S>& state) {
+[[gnu::cold]] std::filesystem::path StateSeries::write(const State<S>& state) {
     return write_with(state.time, [&](const std::filesystem::path& file, const StateOptions& options) {
         write_state(file, state, options);
     });
 }
 
-FIRN_BODY std::filesystem::path StateSeries::write_with(
+[[gnu::cold]] FIRN_BODY std::filesystem::path StateSeries::write_with(
     double time, const std::function<void(const std::filesystem::path&, const StateOptions&)>& put) {
     const std::string file = detail::series_member(name_, next_);
     std::vector<std::string> before;

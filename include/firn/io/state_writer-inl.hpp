@@ -33,7 +33,7 @@ inline constexpr std::uint8_t vtk_vertex = 1;
 inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
 /// Creates an HDF5 group. The group records the order in which members and attributes are added to the group.
-inline hdf5::Group create_group(hid_t parent, const std::string& name) {
+[[gnu::cold]] inline hdf5::Group create_group(hid_t parent, const std::string& name) {
     const std::string tried = "create the group " + name;
     const hdf5::Properties properties(H5Pcreate(H5P_GROUP_CREATE), tried);
     constexpr unsigned order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
@@ -43,8 +43,8 @@ inline hdf5::Group create_group(hid_t parent, const std::string& name) {
     return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.id(), H5P_DEFAULT), tried};
 }
 
-inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Datatype& type,
-                            const hdf5::Dataspace& space, hid_t memory_type, const void* data) {
+[[gnu::cold]] inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Datatype& type,
+                                          const hdf5::Dataspace& space, hid_t memory_type, const void* data) {
     const std::string tried = "write the attribute " + name;
     hdf5::Attribute attribute(H5Acreate2(owner, name.c_str(), type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT), tried);
     hdf5::check(H5Awrite(attribute.id(), memory_type, data), tried);
@@ -53,7 +53,8 @@ inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Da
 
 /// Writes a text attribute as a string of fixed length, because readers of VTKHDF know no other strings. An empty text
 /// is written as one zero byte, because HDF5 has no strings of length 0.
-inline void write_text(hid_t owner, const std::string& name, std::string_view text, H5T_cset_t characters) {
+[[gnu::cold]] inline void write_text(hid_t owner, const std::string& name, std::string_view text,
+                                     H5T_cset_t characters) {
     const std::string tried = "write the attribute " + name;
     const hdf5::Datatype type(H5Tcopy(H5T_C_S1), tried);
     hdf5::check(H5Tset_size(type.id(), std::max<std::size_t>(1, text.size())), tried);
@@ -63,7 +64,8 @@ inline void write_text(hid_t owner, const std::string& name, std::string_view te
     write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, type.id(), bytes.data());
 }
 
-inline void write_integers(hid_t owner, const std::string& name, std::initializer_list<std::int64_t> values) {
+[[gnu::cold]] inline void write_integers(hid_t owner, const std::string& name,
+                                         std::initializer_list<std::int64_t> values) {
     const std::string tried = "write the attribute " + name;
     const hsize_t count = values.size();
     const hdf5::Datatype type(H5Tcopy(hdf5::Number<std::int64_t>::file()), tried);
@@ -71,7 +73,7 @@ inline void write_integers(hid_t owner, const std::string& name, std::initialize
     write_attribute(owner, name, type, space, hdf5::Number<std::int64_t>::memory(), std::data(values));
 }
 
-inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t value) {
+[[gnu::cold]] inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t value) {
     const std::string tried = "write the attribute " + name;
     const hdf5::Datatype type(H5Tcopy(hdf5::Number<std::uint64_t>::file()), tried);
     write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, hdf5::Number<std::uint64_t>::memory(), &value);
@@ -81,7 +83,8 @@ inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t v
 /// divided into chunks of about 1 MiB: smaller chunks need a larger index, and larger chunks are not faster.
 /// \param number_bytes  size of one number [bytes]
 /// \param compression   0: none; 1 to 9: level of deflate
-inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes, int compression) {
+[[gnu::cold]] inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes,
+                                                     int compression) {
     const std::string_view tried = "lay out a dataset";
     hdf5::Properties properties(H5Pcreate(H5P_DATASET_CREATE), tried);
     hdf5::check(H5Pset_obj_track_times(properties.id(), false), tried);
@@ -98,7 +101,7 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
 }
 
 /// Returns HDF5's types for a kind of numbers.
-inline hdf5::NumberType number_type(NumberKind kind) {
+[[gnu::cold]] inline hdf5::NumberType number_type(NumberKind kind) {
     switch (kind) {
         case NumberKind::f32:
             return hdf5::number_type<float>();
@@ -362,7 +365,7 @@ private:
 /// Checks what write_state() is given.
 /// \throws parameter_error  as write_state()
 template <class S>
-void check_before_writing(const State<S>& state, const StateOptions& options) {
+[[gnu::cold]] void check_before_writing(const State<S>& state, const StateOptions& options) {
     if (options.compression < 0 || options.compression > 9) {
         throw parameter_error(
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));

@@ -37,14 +37,15 @@ private:
 };
 
 template <std::floating_point S, int D>
-std::string fastest_particle(SetList<S, D>& sets, double at_least) {
+[[gnu::cold]] std::string fastest_particle(SetList<S, D>& sets, double at_least) {
     FastestParticle fastest;
     for (SetOf<S, D>& set : sets) set.read_facts(0, fastest);
     return fastest.text(at_least);
 }
 
 template <std::floating_point S, int D>
-void throw_wrong_particles(SetList<S, D>& sets, const std::string& when, double dt, const std::string& cause) {
+[[gnu::cold]] void throw_wrong_particles(SetList<S, D>& sets, const std::string& when, double dt,
+                                         const std::string& cause) {
     std::string text = "a particle is not finite, or has left the domain.";
     for (SetOf<S, D>& set : sets) {
         const WrongParticles wrong =

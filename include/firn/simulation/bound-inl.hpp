@@ -6,32 +6,32 @@
 
 namespace firn::inline FIRN_BUILD::detail {
 
-FIRN_BODY void throw_wrong_signal(double fastest) {
+[[gnu::cold]] FIRN_BODY void throw_wrong_signal(double fastest) {
     throw particle_error(
         sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
                  " m/s; there must be particles, their velocities and deformation gradients must be finite, and the "
                  "moduli positive."));
 }
 
-FIRN_BODY double throw_at_rest() {
+[[gnu::cold]] FIRN_BODY double throw_at_rest() {
     throw particle_error(
         "Nothing limits the time step: no particle moves, the material has no stiffness, and neither an acceleration "
         "nor the boundary moves it. Set fixed_time_step, or give the particles a velocity, gravity or a force.");
 }
 
-FIRN_BODY void throw_spoiled(std::uint64_t step) {
+[[gnu::cold]] FIRN_BODY void throw_spoiled(std::uint64_t step) {
     throw particle_error(sentence("Step ", step,
                                   " failed half-way. Its particles can be used neither for a step nor for a state. "
                                   "Go on from the last state that was written: restore()."));
 }
 
-FIRN_BODY void throw_overflow(const overflow_error& failure, std::uint64_t step, double dt, double time,
-                              double times_the_bound) {
+[[gnu::cold]] FIRN_BODY void throw_overflow(const overflow_error& failure, std::uint64_t step, double dt, double time,
+                                            double times_the_bound) {
     throw overflow_error(sentence("At step ", step, ", of ", dt, " s from ", time, " s on (", times_the_bound,
                                   " times the bound of the time step): ", failure.what()));
 }
 
-FIRN_BODY void throw_no_step(double dt, double time, std::uint64_t step, const std::string& reason) {
+[[gnu::cold]] FIRN_BODY void throw_no_step(double dt, double time, std::uint64_t step, const std::string& reason) {
     const std::string nowhere = sentence(" of ", dt, " s is too small to change the time of ", time, " s");
     if (reason.empty())
         throw parameter_error("A step" + nowhere + ": give a larger one. It must be positive and finite.");

@@ -128,7 +128,7 @@ template <std::floating_point S, int D>
 
 /// Returns the sentence of the first set that has one.
 template <std::floating_point S, int D>
-std::string too_far_stretched(SetList<S, D>& sets, const KernelFacts& kernel, int threads) {
+[[gnu::cold]] std::string too_far_stretched(SetList<S, D>& sets, const KernelFacts& kernel, int threads) {
     for (SetOf<S, D>& set : sets)
         if (std::string text = too_far_stretched(set, kernel, threads); !text.empty()) return text;
     return {};

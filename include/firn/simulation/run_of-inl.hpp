@@ -8,18 +8,18 @@
 namespace firn::inline FIRN_BUILD {
 
 template <std::floating_point S, int D>
-RunOf<S, D>::RunOf(const Domain<D>& domain, const KernelFacts& kernel, SetList<S, D> sets)
+[[gnu::cold]] RunOf<S, D>::RunOf(const Domain<D>& domain, const KernelFacts& kernel, SetList<S, D> sets)
     : grid_(domain), sets_(std::move(sets)), kernel_(kernel) {}
 template <std::floating_point S, int D>
-RunOf<S, D>::RunOf(const RunOf&) = default;
+[[gnu::cold]] RunOf<S, D>::RunOf(const RunOf&) = default;
 template <std::floating_point S, int D>
-RunOf<S, D>::RunOf(RunOf&&) noexcept = default;
+[[gnu::cold]] RunOf<S, D>::RunOf(RunOf&&) noexcept = default;
 template <std::floating_point S, int D>
-RunOf<S, D>& RunOf<S, D>::operator=(const RunOf&) = default;
+[[gnu::cold]] RunOf<S, D>& RunOf<S, D>::operator=(const RunOf&) = default;
 template <std::floating_point S, int D>
-RunOf<S, D>& RunOf<S, D>::operator=(RunOf&&) noexcept = default;
+[[gnu::cold]] RunOf<S, D>& RunOf<S, D>::operator=(RunOf&&) noexcept = default;
 template <std::floating_point S, int D>
-RunOf<S, D>::~RunOf() = default;
+[[gnu::cold]] RunOf<S, D>::~RunOf() = default;
 
 template <std::floating_point S, int D>
 bool RunOf<S, D>::prepare_sets(const Ranks& ranks, int threads) {
@@ -46,7 +46,7 @@ bool RunOf<S, D>::prepare_sets(const Ranks& ranks, int threads) {
 }
 
 template <std::floating_point S, int D>
-void RunOf<S, D>::prepare_set(std::size_t k, const Ranks& ranks, int threads) {
+[[gnu::cold]] void RunOf<S, D>::prepare_set(std::size_t k, const Ranks& ranks, int threads) {
     SetOf<S, D>& set = sets_[k];
     const bool is_empty = ranks.sum(set.store().size()) == 0;
     if (is_empty && detail::may_have_particles(sets_, ranks)) {

@@ -6,28 +6,28 @@
 namespace firn::inline FIRN_BUILD {
 
 template <std::floating_point S, int D>
-SetOf<S, D>::SetOf() = default;
+[[gnu::cold]] SetOf<S, D>::SetOf() = default;
 template <std::floating_point S, int D>
-SetOf<S, D>::SetOf(const SetOf&) = default;
+[[gnu::cold]] SetOf<S, D>::SetOf(const SetOf&) = default;
 template <std::floating_point S, int D>
-SetOf<S, D>::SetOf(SetOf&&) noexcept = default;
+[[gnu::cold]] SetOf<S, D>::SetOf(SetOf&&) noexcept = default;
 template <std::floating_point S, int D>
-SetOf<S, D>& SetOf<S, D>::operator=(const SetOf&) = default;
+[[gnu::cold]] SetOf<S, D>& SetOf<S, D>::operator=(const SetOf&) = default;
 template <std::floating_point S, int D>
-SetOf<S, D>& SetOf<S, D>::operator=(SetOf&&) noexcept = default;
+[[gnu::cold]] SetOf<S, D>& SetOf<S, D>::operator=(SetOf&&) noexcept = default;
 template <std::floating_point S, int D>
-SetOf<S, D>::~SetOf() = default;
+[[gnu::cold]] SetOf<S, D>::~SetOf() = default;
 
 template <std::floating_point S, int D>
-Body SetOf<S, D>::add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
-                      const Share& share) {
+[[gnu::cold]] Body SetOf<S, D>::add(const Samples<D>& samples, double density, const Vec<double, D>& velocity,
+                                    int threads, const Share& share) {
     const std::size_t n = samples.positions.size();
     return add(samples, density, velocity, threads, {share.first(n), share.last(n), 0, n});
 }
 
 template <std::floating_point S, int D>
-Body SetOf<S, D>::add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
-                      const PartOfBody& part) {
+[[gnu::cold]] Body SetOf<S, D>::add(const Samples<D>& samples, double density, const Vec<double, D>& velocity,
+                                    int threads, const PartOfBody& part) {
     if (!(density > 0) || !std::isfinite(density))
         throw parameter_error(sentence("The density is ", density, " kg/m^3; it must be positive and finite."));
     if (!(samples.volume > 0) || !std::isfinite(samples.volume))
@@ -42,7 +42,8 @@ Body SetOf<S, D>::add(const Samples<D>& samples, double density, const Vec<doubl
 }
 
 template <std::floating_point S, int D>
-Body SetOf<S, D>::add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
+[[gnu::cold]] Body SetOf<S, D>::add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity,
+                                    int threads) {
     if (masses.size() != net.positions.size())
         throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ", masses.size(),
                                        " masses; give one for each."));
@@ -66,20 +67,20 @@ Body SetOf<S, D>::add(const Net<D>& net, std::span<const double> masses, const V
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::add(Source<D> source, const Moment& now) {
+[[gnu::cold]] void SetOf<S, D>::add(Source<D> source, const Moment& now) {
     if (now.steps > 0) source.skip(now.time);
     sources.push_back(std::move(source));
 }
 
 template <std::floating_point S, int D>
-std::uint32_t SetOf<S, D>::add(Load<D> load) {
+[[gnu::cold]] std::uint32_t SetOf<S, D>::add(Load<D> load) {
     if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
     check_body(load.body);
     return loads.template made<detail::Loads<S, D>>().add(std::move(load));
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::remove_load(std::uint32_t number) {
+[[gnu::cold]] void SetOf<S, D>::remove_load(std::uint32_t number) {
     if (!loads || !loads.template made<detail::Loads<S, D>>().remove(number))
         throw parameter_error(sentence("There is no load ", number,
                                        " of this material: it was removed already, or is another material's. Give "
@@ -87,14 +88,14 @@ void SetOf<S, D>::remove_load(std::uint32_t number) {
 }
 
 template <std::floating_point S, int D>
-std::size_t SetOf<S, D>::body_of(std::uint32_t id) const {
+[[gnu::cold]] std::size_t SetOf<S, D>::body_of(std::uint32_t id) const {
     const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
                                        [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
     return next == bodies.begin() ? bodies.size() : std::size_t(next - bodies.begin()) - 1;
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::check_body(const Body& body) const {
+[[gnu::cold]] void SetOf<S, D>::check_body(const Body& body) const {
     if (std::uint64_t(body.first) + body.count > store().next_id())
         throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
                                        std::uint64_t(body.first) + body.count - 1, ": ", store().next_id(),
@@ -103,7 +104,7 @@ void SetOf<S, D>::check_body(const Body& body) const {
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::hand_over(SetOf& stored, const Moment& moment) {
+[[gnu::cold]] void SetOf<S, D>::hand_over(SetOf& stored, const Moment& moment) {
     stored.sources = std::move(sources);
     stored.sinks = std::move(sinks);
     stored.loads = std::move(loads);
@@ -125,14 +126,14 @@ void SetOf<S, D>::check_positions() {
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::move_to_group(const Body& body, int group) {
+[[gnu::cold]] void SetOf<S, D>::move_to_group(const Body& body, int group) {
     ParticleStore<S, D>& particles = store();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot) && body.holds(particles.id(slot))) particles.set_contact_group(slot, group);
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::set_contact_group(const Body& body, int group) {
+[[gnu::cold]] void SetOf<S, D>::set_contact_group(const Body& body, int group) {
     check_body(body);
     const int most = most_contact_groups(store().domain());
     if (group < 0 || group >= most)

@@ -18,7 +18,7 @@ std::string SlowStrain::look(const SetList<S, D>& sets, const Moment& now, bool 
 }
 
 template <std::floating_point S, int D>
-std::string SlowStrain::look_at(const SetOf<S, D>& set, std::size_t number, const Moment& now) {
+[[gnu::cold]] std::string SlowStrain::look_at(const SetOf<S, D>& set, std::size_t number, const Moment& now) {
     const ParticleStore<S, D>& particles = set.store();
     if (watches_.size() <= number) watches_.resize(number + 1);
     Watch& watch = watches_[number];
@@ -42,7 +42,8 @@ std::string SlowStrain::look_at(const SetOf<S, D>& set, std::size_t number, cons
 }
 
 template <std::floating_point S, int D>
-void SlowStrain::update(Sample& of, const GradientFacts<S, D>& gradient, const Mat<S, D>& C, const Moment& now) const {
+[[gnu::cold]] void SlowStrain::update(Sample& of, const GradientFacts<S, D>& gradient, const Mat<S, D>& C,
+                                      const Moment& now) const {
     double rate = 0, size = 0, change = 0, elastic = 0;
     const Mat<S, D>& E = gradient.left_strain;
     for (int i = 0, k = 0; i < D; ++i)

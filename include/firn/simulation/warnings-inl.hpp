@@ -10,7 +10,7 @@ namespace firn::inline FIRN_BUILD::detail {
 
 /// Returns a sentence if samples are further apart than the cell size; otherwise an empty string.
 template <int D>
-std::string wide_spacing(const Samples<D>& samples, double cell_size) {
+[[gnu::cold]] std::string wide_spacing(const Samples<D>& samples, double cell_size) {
     const double spacing = std::pow(samples.volume, 1.0 / D);
     if (!(spacing > cell_size * (1 + 1e-9)) || samples.positions.size() < 2) return {};
     return sentence("the particles of a body lie ", spacing, " m apart, further than a cell of ", cell_size,
@@ -20,8 +20,8 @@ std::string wide_spacing(const Samples<D>& samples, double cell_size) {
 }
 
 template <std::floating_point S, int D>
-void for_particles(const SetList<S, D>& sets,
-                   const std::type_identity_t<std::function<void(const ParticleOfBody<D>&)>>& see) {
+[[gnu::cold]] void for_particles(const SetList<S, D>& sets,
+                                 const std::type_identity_t<std::function<void(const ParticleOfBody<D>&)>>& see) {
     std::size_t first = 0;
     for (const SetOf<S, D>& set : sets) {
         const ParticleStore<S, D>& particles = set.store();
@@ -61,14 +61,14 @@ struct BodyPoints {
 };
 
 template <int D>
-bool BodyPoints<D>::meets(const BodyPoints& other) const {
+[[gnu::cold]] bool BodyPoints<D>::meets(const BodyPoints& other) const {
     bool meets = spacing > 0 && other.spacing > 0;
     for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
     return meets;
 }
 
 template <int D>
-std::vector<std::uint64_t> BodyPoints<D>::cubes_filled_by(const BodyPoints& of) const {
+[[gnu::cold]] std::vector<std::uint64_t> BodyPoints<D>::cubes_filled_by(const BodyPoints& of) const {
     RadixSort<std::uint64_t> cubes;
     for (const Vec<double, D>& x : of.points) {
         BlockCoordinate<D> cube{};
@@ -90,7 +90,7 @@ std::vector<std::uint64_t> BodyPoints<D>::cubes_filled_by(const BodyPoints& of) 
 }
 
 template <int D>
-bool BodyPoints<D>::overlaps(const BodyPoints& other, Vec<double, D>& where) const {
+[[gnu::cold]] bool BodyPoints<D>::overlaps(const BodyPoints& other, Vec<double, D>& where) const {
     const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
     for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
         if (mine[i] == its[j]) {
@@ -102,13 +102,13 @@ bool BodyPoints<D>::overlaps(const BodyPoints& other, Vec<double, D>& where) con
 }
 
 template <int D>
-std::string BodyPoints<D>::name() const {
+[[gnu::cold]] std::string BodyPoints<D>::name() const {
     return sentence("that of the particles ", body.first, " to ", body.first + (body.count - 1), " of material ",
                     material);
 }
 
 template <std::floating_point S, int D>
-std::string overlapping_bodies(const SetList<S, D>& sets) {
+[[gnu::cold]] std::string overlapping_bodies(const SetList<S, D>& sets) {
     std::vector<BodyPoints<D>> all;
     for (std::size_t material = 0; material < sets.size(); ++material)
         for (const Body& body : sets[material].bodies) all.push_back({material, body});
@@ -196,15 +196,16 @@ std::string Warnings::of_matter(SetList<S, D>& sets, const Domain<D>& domain, co
 }
 
 template <int D>
-void Warnings::of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn, bool speaks) {
+[[gnu::cold]] void Warnings::of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn,
+                                        bool speaks) {
     if (!warn || spacing_said_) return;
     const std::string text = wide_spacing(samples, domain.cell_size);
     spacing_said_ = !text.empty();
     if (!text.empty() && speaks) warn(text);
 }
 
-FIRN_BODY std::string Warnings::of_small_bound(double bound, std::uint64_t step, double time,
-                                               const std::function<std::string()>& reason) {
+[[gnu::cold]] FIRN_BODY std::string Warnings::of_small_bound(double bound, std::uint64_t step, double time,
+                                                             const std::function<std::string()>& reason) {
     const bool fallen = bound < 1e-3 * largest_, small = bound < 1e-6;
     if ((!fallen || fallen_said_) && (!small || small_said_)) return {};
     std::string text = sentence("at step ", step, ", at ", time, " s, the bound of the time step ");

@@ -5,8 +5,8 @@
 
 namespace firn::inline FIRN_BUILD::detail {
 
-FIRN_BODY void add_mirror(std::vector<MirrorPlane>& planes, const MirrorPlane& plane, double on_grid, double tolerance,
-                          double position, double cell_size) {
+[[gnu::cold]] FIRN_BODY void add_mirror(std::vector<MirrorPlane>& planes, const MirrorPlane& plane, double on_grid,
+                                        double tolerance, double position, double cell_size) {
     if (!(std::abs(on_grid - plane.node) <= tolerance))
         throw parameter_error(sentence(
             "The wall at ", position, " m along axis ", plane.axis, " lies ", on_grid,
