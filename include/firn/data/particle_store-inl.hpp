@@ -25,19 +25,6 @@ void ParticleStore<S, D>::remove(std::size_t slot) {
 }
 
 template <std::floating_point S, int D>
-Vec<double, D> ParticleStore<S, D>::exact_position(std::size_t slot) const {
-    const BlockCoordinate<D> of = block(slot);
-    Vec<double, D> x{};
-    for (int a = 0; a < D; ++a) {
-        x[a] = position_of_place(domain_, of, a, double(fields_.template at<S>(of_place, slot, a)));
-        const double lower = domain_.lower[a], upper = domain_.upper[a];
-        if (domain_.periodic[std::size_t(a)] && !(x[a] >= lower && x[a] <= upper))
-            x[a] = std::clamp(x[a] < lower ? x[a] + (upper - lower) : x[a] - (upper - lower), lower, upper);
-    }
-    return x;
-}
-
-template <std::floating_point S, int D>
 void ParticleStore<S, D>::get(std::size_t field, std::size_t slot, S* to) const {
     const FieldInfo& info = table_[field];
     for (int k = 0; k < info.components_in_state(D); ++k) {

@@ -96,7 +96,17 @@ public:
     Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
     /// Returns the position x [m] of the particle in a slot, in the precision in which it is stored. Along periodic
     /// axes, x lies in the domain.
-    Vec<double, D> exact_position(std::size_t slot) const;
+    Vec<double, D> exact_position(std::size_t slot) const {
+        const BlockCoordinate<D> of = block(slot);
+        Vec<double, D> x{};
+        for (int a = 0; a < D; ++a) {
+            x[a] = position_of_place(domain_, of, a, double(fields_.template at<S>(of_place, slot, a)));
+            const double lower = domain_.lower[a], upper = domain_.upper[a];
+            if (domain_.periodic[std::size_t(a)] && !(x[a] >= lower && x[a] <= upper))
+                x[a] = std::clamp(x[a] < lower ? x[a] + (upper - lower) : x[a] - (upper - lower), lower, upper);
+        }
+        return x;
+    }
     /// Returns the coordinates of the block from whose lower corner the position of the particle in a slot is counted.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
     /// Returns the stored position of the particle in a slot [cells], counted from the lower corner of block(slot).

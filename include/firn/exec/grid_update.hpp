@@ -61,9 +61,9 @@ FIRN_INLINE decltype(auto) acceleration_of_nodes(const Acceleration& acceleratio
 ///                   impulse of each part on matter is added to the Reaction of this part.
 /// \param corner     the corner [m]
 /// \return  the square of the largest acceleration [m²/s⁴] of a field at the nodes with matter; 0 for a vector
-template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
+template <std::floating_point S, int D, class Acceleration, class Boundary>
 [[gnu::noinline]] S update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                                 const Boundary& boundary, OfParts reactions, const Vec<double, D>& corner) {
+                                 const Boundary& boundary, Reaction<D>* reactions, const Vec<double, D>& corner) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     [[maybe_unused]] P largest = P(0);
@@ -86,7 +86,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
             return node_velocity(momentum, r[node_mass], x, at_nodes, P(dt), applied);
         };
         Vec<P, D> v;
-        if constexpr (std::same_as<OfParts, std::nullptr_t>)
+        if constexpr (std::same_as<Boundary, NoBoundary>)
             v = update(boundary);
         else
             v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions, corner});
@@ -160,15 +160,17 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);
+        Reaction<D>* const no_reactions = nullptr;
         if (!here.reaches(low, high)) {
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr, corner), thread);
-        } else if (reactions && ranks_of(execution).template counts<D>(b)) {
-            Reaction<D>* const of_block = of_blocks.data() + b * parts;
-            for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block, corner), thread);
-        } else {
-            see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr, corner), thread);
+            see(update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, no_reactions, corner), thread);
+            return;
         }
+        Reaction<D>* of_block = nullptr;
+        if (reactions && ranks_of(execution).template counts<D>(b)) {
+            of_block = of_blocks.data() + b * parts;
+            for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
+        }
+        see(update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block, corner), thread);
     };
     parallel_for(grid.block_count(), threads, update, 16);
 

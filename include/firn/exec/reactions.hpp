@@ -106,8 +106,23 @@ void begin_reactions(Reactions<D>& reactions, const Boundary& boundary) {
         reactions.parts[k].about = reactions.about ? *reactions.about : part_centre<D>(boundary, int(k));
 }
 
+/// Adds the impulse of a part of a boundary on matter at some nodes to a reaction.
+/// \param corner  the point from which positions are measured [m]
+template <class P, int D>
+[[gnu::noinline, gnu::cold]] void add_impulses(Reaction<D>& sum, Vec<P, D> x, Vec<P, D> before, Vec<P, D> after, P mass,
+                                               const Vec<double, D>& corner) {
+    for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
+        Vec<double, D> at{}, change{};
+        for (int a = 0; a < D; ++a) {
+            at[a] = double(lane_value(x[a], lane)) + corner[a];
+            change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
+        }
+        add_impulse(sum, at, double(lane_value(mass, lane)), change);
+    }
+}
+
 /// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
-/// to `parts`. Positions are measured from `corner` [m].
+/// to `parts`, unless this is nullptr. Positions are measured from `corner` [m].
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;
@@ -116,16 +131,8 @@ struct Watched {
     const Vec<double, D>& corner;
 
     FIRN_INLINE Vec<P, D> velocity(const Vec<P, D>& x, const Vec<P, D>& v, const P& mass, const P& dt) const {
-        const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) {
-            Reaction<D>& sum = parts[part];
-            for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
-                Vec<double, D> at{}, change{};
-                for (int a = 0; a < D; ++a) {
-                    at[a] = double(lane_value(x[a], lane)) + corner[a];
-                    change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
-                }
-                add_impulse(sum, at, double(lane_value(mass_of_node, lane)), change);
-            }
+        const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) FIRN_LAMBDA {
+            if (parts) add_impulses(parts[part], x, before, after, mass_of_node, corner);
         };
         return velocity_among(boundary, x, v, NoOthers{}, add, NodeInertia<P>{mass, dt});
     }
