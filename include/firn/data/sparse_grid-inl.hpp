@@ -44,7 +44,7 @@ std::size_t SparseGrid<S, D>::bytes() const {
 }
 
 template <std::floating_point S, int D>
-void SparseGrid<S, D>::make_room(std::span<const BlockPartition<D>* const> partitions, int workers) {
+[[gnu::cold]] void SparseGrid<S, D>::make_room(std::span<const BlockPartition<D>* const> partitions, int workers) {
     blocks_.clear();
     for (const BlockPartition<D>* partition : partitions)
         for (const std::uint32_t r : partition->by_block) blocks_.push_back(block_key<D>(partition->ranges[r].block));
@@ -119,7 +119,8 @@ void SparseGrid<S, D>::look_up_neighbours(const BlockPartition<D>& partition, st
 }
 
 template <std::floating_point S, int D>
-void SparseGrid<S, D>::grow(std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
+[[gnu::cold]] void SparseGrid<S, D>::grow(std::vector<std::uint64_t>& keys, std::uint64_t step,
+                                          std::vector<std::uint64_t>& grown) {
     grown.resize(3 * keys.size());
     keys.push_back(~std::uint64_t(0));  // end mark: above all other keys, even if one step is subtracted
     std::size_t low = 0, middle = 0, high = 0, count = 0;

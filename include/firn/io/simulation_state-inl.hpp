@@ -13,6 +13,11 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
+[[gnu::cold]] FIRN_BODY void PolicyFacts::add(const char* group, const std::string& name, const char* unit,
+                                              std::vector<double> values) {
+    parameters.push_back({group, name, unit, std::move(values)});
+}
+
 /// Returns the fields of a state: first the positions [m], then all fields of the particle store.
 /// \param slots   slots of the particles in the particle store; the i-th value of each field belongs to the particle in
 ///                the slot slots[i]

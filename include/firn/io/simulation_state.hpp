@@ -58,6 +58,9 @@ struct PolicyFacts {
     Settings settings;                       ///< \see settings_of
     std::vector<StateParameter> parameters;  ///< the parameters of the material and of the policies
     bool has_contact_groups;
+
+    /// Adds a parameter.
+    void add(const char* group, const std::string& name, const char* unit, std::vector<double> values);
 };
 /// Returns the facts for the material I.
 template <std::size_t I, class Simulation>
@@ -65,7 +68,7 @@ template <std::size_t I, class Simulation>
     PolicyFacts facts{policies_of<I>(simulation), settings_of<I>(simulation), {}, Simulation::has_contact_groups};
     const auto add = [&](const char* group, const auto& policy) {
         for_parameters(policy, [&](const std::string& name, const char* unit, const auto& value) {
-            facts.parameters.push_back({group, name, unit, as_doubles(value)});
+            facts.add(group, name, unit, as_doubles(value));
         });
     };
     add("material", simulation.template set<I>().material());

@@ -18,7 +18,8 @@ template <std::floating_point S, int D>
 class Neighbours {
 public:
     /// \param F  the elastic deformation gradient of the particle
-    Neighbours(const ParticleStore<S, D>& particles, std::size_t slot, const Mat<S, D>& F, double cell_size)
+    [[gnu::cold]] Neighbours(const ParticleStore<S, D>& particles, std::size_t slot, const Mat<S, D>& F,
+                             double cell_size)
         : at_(cells(particles, slot)), spacing_(std::pow(double(particles.volume(slot)), 1.0 / D) / cell_size) {
         const auto principal = principal_stretches(cast<double>(F));
         direction_ = principal.directions.column(0);
@@ -32,8 +33,8 @@ public:
     /// Looks for the neighbours, in the block of the particle and then in the blocks around it. Returns false as soon
     /// as one is found that is nearer than `near` cells.
     template <class Partition>
-    bool are_apart(const ParticleStore<S, D>& particles, const Partition& partition, const Domain<D>& domain,
-                   double near) {
+    [[gnu::cold]] bool are_apart(const ParticleStore<S, D>& particles, const Partition& partition,
+                                 const Domain<D>& domain, double near) {
         for (const bool around : {false, true})
             for (const BlockRange<D>& range : partition.ranges) {
                 double away = 0;  // along the axis on which the block is farthest
@@ -61,8 +62,8 @@ public:
 private:
     static constexpr double farthest = 3;  // particles further apart share no nodes [cells]
 
-    bool is_apart_from(const ParticleStore<S, D>& particles, const BlockRange<D>& range, const Domain<D>& domain,
-                       double near) {
+    [[gnu::cold]] bool is_apart_from(const ParticleStore<S, D>& particles, const BlockRange<D>& range,
+                                     const Domain<D>& domain, double near) {
         for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
             if (!particles.is_particle(slot)) continue;
             Vec<double, D> r = cells(particles, slot) - at_;

@@ -24,7 +24,7 @@ inline const char* name_of_data(Data data) {
 }  // namespace detail
 
 template <std::floating_point S, int D>
-void PassList<S, D>::add(Pass<S, D> pass, std::string_view after) {
+[[gnu::cold]] void PassList<S, D>::add(Pass<S, D> pass, std::string_view after) {
     const auto named = [&](std::string_view name) {
         return std::ranges::find_if(passes_, [&](const Pass<S, D>& one) { return one.name == name; });
     };
@@ -43,28 +43,26 @@ void PassList<S, D>::add(Pass<S, D> pass, std::string_view after) {
         ++at;
         while (!pass.each_set && at != passes_.end() && at->each_set && (at - 1)->each_set) ++at;
     }
-    std::vector<Pass<S, D>> before = passes_;
-    passes_.insert(at, std::move(pass));
-    try {
-        check();
-    } catch (...) {
-        passes_ = std::move(before);
-        throw;
-    }
+    at = passes_.insert(at, std::move(pass));
+    const std::string wrong = what_is_missing();
+    if (wrong.empty()) return;
+    passes_.erase(at);
+    throw parameter_error(wrong);
 }
 
 template <std::floating_point S, int D>
-void PassList<S, D>::check() const {
+[[gnu::cold]] std::string PassList<S, D>::what_is_missing() const {
     Data written = Data::none;
     for (const Pass<S, D>& pass : passes_) {
         const Data missing = Data(std::uint32_t(pass.reads & data_of_a_step) & ~std::uint32_t(written));
         if (missing != Data::none)
-            throw parameter_error(sentence("The pass '", pass.name, "' reads ", detail::name_of_data(missing),
-                                           ", which no pass before it writes."));
+            return sentence("The pass '", pass.name, "' reads ", detail::name_of_data(missing),
+                            ", which no pass before it writes.");
         written = written | pass.writes;
         if ((pass.writes & Data::momenta) != Data::none)  // the same numbers hold the one or the other
             written = Data(std::uint32_t(written) & ~std::uint32_t(Data::node_velocities));
     }
+    return {};
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -96,7 +96,8 @@ public:
     void add(Pass<S, D> pass, std::string_view after = {});
 
 private:
-    void check() const;
+    /// Returns a sentence about a pass that reads what no pass before it writes; an empty string if there is none.
+    std::string what_is_missing() const;
 
     std::vector<Pass<S, D>> passes_;
 };

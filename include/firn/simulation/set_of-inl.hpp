@@ -149,7 +149,7 @@ template <std::floating_point S, int D>
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::give(double time, int threads, const Share& share) {
+[[gnu::cold]] void SetOf<S, D>::give(double time, int threads, const Share& share) {
     for (Source<D>& source : sources) {
         source.require_ids(time, no_particle - store().next_id());
         for (; source.is_due(time); ++source.bursts) {
@@ -233,7 +233,7 @@ bool SetOf<S, D>::takes(std::size_t slot, double time) const {
 }
 
 template <std::floating_point S, int D>
-bool SetOf<S, D>::is_taken(const Vec<double, D>& from, const Vec<double, D>& to) const {
+[[gnu::cold]] bool SetOf<S, D>::is_taken(const Vec<double, D>& from, const Vec<double, D>& to) const {
     const Domain<D>& domain = store().domain();
     // Each bit of `images` chooses, for an axis, the way at the end where the particle has left.
     for (unsigned images = 0; images < 1u << D; ++images) {

@@ -207,15 +207,7 @@ public:
     /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
     template <std::floating_point S, int D, class Boundary>
     void of_start(const SetList<S, D>& sets, const Domain<D>& domain, const Boundary& boundary, bool has_groups,
-                  const Warn& warn, const RanksOf<S, D>& ranks) {
-        if (!warn || started_) return;
-        started_ = true;
-        for (const std::string& here :
-             {few_digits<S>(domain), other_walls(boundary, domain), walls_between_nodes(boundary, domain),
-              matter_in_solids(sets, domain, boundary), overlapping_bodies(sets),
-              thin_solids(boundary, domain, has_groups), capped_distances(boundary, domain)})
-            if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
-    }
+                  const Warn& warn, const RanksOf<S, D>& ranks);
 
 private:
     [[gnu::cold]] std::string of_small_bound(double bound, std::uint64_t step, double time,
@@ -226,6 +218,18 @@ private:
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
          stretch_said_ = false, gravity_said_ = false;
 };
+
+template <std::floating_point S, int D, class Boundary>
+void Warnings::of_start(const SetList<S, D>& sets, const Domain<D>& domain, const Boundary& boundary, bool has_groups,
+                        const Warn& warn, const RanksOf<S, D>& ranks) {
+    if (!warn || started_) return;
+    started_ = true;
+    for (const std::string& here :
+         {few_digits<S>(domain), other_walls(boundary, domain), walls_between_nodes(boundary, domain),
+          matter_in_solids(sets, domain, boundary), overlapping_bodies(sets), thin_solids(boundary, domain, has_groups),
+          capped_distances(boundary, domain)})
+        if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
+}
 
 }  // namespace firn::inline FIRN_BUILD::detail
 

@@ -61,7 +61,7 @@ private:
 /// \param dense_colours  number of colours of dense blocks along an axis. \see colours_along_axis
 /// \param threads        number of threads; 0: thread_count() chooses
 template <int D>
-BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours, int threads = 0) {
+[[gnu::cold]] BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours, int threads = 0) {
     BlockPartition<D> partition;
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
