@@ -42,6 +42,7 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     where template class ParticleStore<S, D>;                                                                          \
     where template class SparseGrid<S, D>;                                                                             \
     where template class SetOf<S, D>;                                                                                  \
+    where template class PassList<S, D>;                                                                               \
     where template class RunOf<S, D>;                                                                                  \
     where template class detail::Loads<S, D>;                                                                          \
     where template class detail::BodyForces<S, D>;                                                                     \
