@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """benchmarks/compile_time/run.py [FOLDER]: how long programs take to compile, as multiples of one that includes
 <Eigen/SVD> and makes one JacobiSVD<Matrix3f>, compiled with -O3 -march=native: one that runs a simulation, one that
-also writes and reads states, both header-only and with firn::compiled, and one that leaves the simulation to another
-of its files. Medians of 5 by turns, in seconds of CPU time (user and system), kept in
+also writes and reads states, and one with states and a material of its own, header-only and with firn::compiled, and
+one that leaves the simulation to another of its files. Medians of 5 by turns, in seconds of CPU time (user and system), kept in
 build/benchmarks/compile_time.json. CXX names the compiler, FOLDER firn's headers, REPETITIONS another number than 5.
 """
 import json
@@ -27,6 +27,7 @@ folder = Path(__file__).parent
 one = (folder / "one_simulation.cpp").read_text()
 elsewhere = one.replace("int main", "extern template class firn::Simulation<3>;\nint main")
 states = (folder / "with_states.cpp").read_text()
+own = (folder / "own_material.cpp").read_text()
 fast, slow, library = ["-O3", "-march=native"], ["-O0"], ["-DFIRN_COMPILED", "-DFIRN_COMPILED_HDF5"]
 reference = "one JacobiSVD<Matrix3f>, -O3"
 programs = {
@@ -35,6 +36,8 @@ programs = {
     "with states, -O3": (states, fast + hdf5),
     "one simulation, firn::compiled, -O3": (one, fast + library),
     "with states, firn::compiled, -O3": (states, fast + library + hdf5),
+    "own material with states, -O3": (own, fast + hdf5),
+    "own material with states, firn::compiled, -O3": (own, fast + library + hdf5),
     "one simulation, extern template, -O3": (elsewhere, fast),
     "one simulation, -O0": (one, slow),
     "with states, -O0": (states, slow + hdf5),
@@ -63,7 +66,7 @@ def main():
                 runs[name].append(seconds(str(source), options))
     measured = {name: statistics.median(times) for name, times in runs.items()}
     for name, time in measured.items():
-        print(f"{name:<40} {time:6.2f} s {time / measured[reference]:6.2f}")
+        print(f"{name:<48} {time:6.2f} s {time / measured[reference]:6.2f}")
     results.folder.mkdir(parents=True, exist_ok=True)
     (results.folder / "compile_time.json").write_text(json.dumps({"compiler": compiler, "seconds": measured}, indent=1))
 
