@@ -47,7 +47,7 @@ rooms = {
     "core": ("Vectors, errors, threads", "What all else is made of: numbers, vectors, SIMD lanes, errors, threads."),
     "math": ("Mathematics", "Functions of numbers, lanes and small matrices."),
     "stage": ("Stages: formulas", "P2G, grid update and G2P of one particle or node, for any scalar."),
-    "exec": ("Stages: loops", "P2G, grid update and G2P over all particles and nodes, on all threads."),
+    "loops": ("Stages: loops", "P2G, grid update and G2P over all particles and nodes, on all threads."),
     "wgsl": ("Programs for a GPU", "From policies to a complete WGSL program and what a host needs to run it."),
     "webgpu": ("Running on a GPU", "WGSL programs of firn, run through WebGPU's C interface."),
     "sort": ("Engine room: sorting", "Finds blocks of particles, their order, and what may be scattered side by side."),

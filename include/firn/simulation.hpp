@@ -9,7 +9,7 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
-#include <firn/exec/totals.hpp>
+#include <firn/loops/totals.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/check.hpp>
@@ -40,7 +40,7 @@ namespace firn::inline FIRN_BUILD {
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// A step calls the stages P2G, grid update and G2P (functions in the folder exec/) one after the other. A program may
+/// A step calls the stages P2G, grid update and G2P (functions in the folder loops/) one after the other. A program may
 /// also call these functions itself, without this class.
 ///
 /// In 2D a simulation is a slice of matter one metre thick, in plane strain: densities are in kg/m³ as in 3D, masses in

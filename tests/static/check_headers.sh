@@ -19,7 +19,7 @@ contact    :
 data       : posix
 sort       :
 stage      :
-exec wgsl  :
+loops wgsl :
 lagrangian :
 simulation :
 firn       :

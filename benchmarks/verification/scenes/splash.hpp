@@ -4,7 +4,7 @@
 /// energy is as large as their kinetic energy E, as of every linear oscillation, so the centre is E/(m g) too high.
 #pragma once
 
-#include <firn/exec/separation.hpp>
+#include <firn/loops/separation.hpp>
 #include <firn/firn.hpp>
 
 #include <cmath>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <firn/data/samples.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/p2g.hpp>
-#include <firn/exec/p2g_fixed_point.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/p2g.hpp>
+#include <firn/loops/p2g_fixed_point.hpp>
 #include <firn/mpi/ranks.hpp>
 #include <firn/mpi/shared_sums.hpp>
 #include <firn/simulation/body.hpp>

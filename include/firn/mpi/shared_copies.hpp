@@ -7,7 +7,7 @@
 #pragma once
 
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
+#include <firn/loops/execution.hpp>
 #include <firn/mpi/communicator.hpp>
 #include <firn/mpi/cuts.hpp>
 #include <firn/mpi/shared_blocks.hpp>

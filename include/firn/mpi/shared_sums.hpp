@@ -5,9 +5,9 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/box_masks.hpp>
 #include <firn/data/particle_set.hpp>
-#include <firn/exec/arena.hpp>
-#include <firn/exec/mirror.hpp>
-#include <firn/exec/places.hpp>
+#include <firn/loops/arena.hpp>
+#include <firn/loops/mirror.hpp>
+#include <firn/loops/places.hpp>
 #include <firn/mpi/shared_blocks.hpp>
 #include <firn/mpi/trace.hpp>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
-#include <firn/exec/grid_update.hpp>
+#include <firn/loops/grid_update.hpp>
 #include <firn/simulation/set_of.hpp>
 
 #include <algorithm>

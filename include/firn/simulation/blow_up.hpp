@@ -5,8 +5,8 @@
 #include <firn/core/error.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/data/check_particles.hpp>
-#include <firn/exec/grid_update.hpp>
-#include <firn/exec/wrong_particles.hpp>
+#include <firn/loops/grid_update.hpp>
+#include <firn/loops/wrong_particles.hpp>
 #include <firn/simulation/set_of.hpp>
 
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/particles.hpp>
-#include <firn/exec/g2p.hpp>
+#include <firn/loops/g2p.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/material/no_stress.hpp>
 #include <firn/simulation/set_of.hpp>

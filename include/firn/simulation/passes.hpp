@@ -3,14 +3,14 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
-#include <firn/exec/contact.hpp>
-#include <firn/exec/g2p.hpp>
-#include <firn/exec/gap_contact.hpp>
-#include <firn/exec/grid_update.hpp>
-#include <firn/exec/p2g_fixed_point.hpp>
-#include <firn/exec/p2g_with_velocities.hpp>
-#include <firn/exec/shifting.hpp>
-#include <firn/exec/volume_passes.hpp>
+#include <firn/loops/contact.hpp>
+#include <firn/loops/g2p.hpp>
+#include <firn/loops/gap_contact.hpp>
+#include <firn/loops/grid_update.hpp>
+#include <firn/loops/p2g_fixed_point.hpp>
+#include <firn/loops/p2g_with_velocities.hpp>
+#include <firn/loops/shifting.hpp>
+#include <firn/loops/volume_passes.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/run_of.hpp>
 

@@ -7,7 +7,7 @@
 
 #include <firn/core/stepper.hpp>
 #include <firn/data/particle_store.hpp>
-#include <firn/exec/reactions.hpp>
+#include <firn/loops/reactions.hpp>
 
 #include <atomic>
 #include <memory>

@@ -4,7 +4,7 @@
 #include <firn/core/exact_sum.hpp>
 #include <firn/data/kernel_facts.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
+#include <firn/loops/execution.hpp>
 #include <firn/stage/mirror.hpp>
 
 #include <functional>

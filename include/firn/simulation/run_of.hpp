@@ -4,7 +4,7 @@
 #include <firn/core/stepper.hpp>
 #include <firn/data/kernel_facts.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/reactions.hpp>
+#include <firn/loops/reactions.hpp>
 #include <firn/simulation/bound.hpp>
 #include <firn/simulation/pass.hpp>
 #include <firn/simulation/ranks_of.hpp>

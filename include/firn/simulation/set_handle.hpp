@@ -1,7 +1,7 @@
 /// \file Access to the particles of one material of a simulation.
 #pragma once
 
-#include <firn/exec/totals.hpp>
+#include <firn/loops/totals.hpp>
 #include <firn/simulation/material_set.hpp>
 
 #include <type_traits>

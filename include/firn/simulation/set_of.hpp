@@ -5,7 +5,7 @@
 #include <firn/core/stepper.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particle_store.hpp>
-#include <firn/exec/g2p.hpp>
+#include <firn/loops/g2p.hpp>
 #include <firn/lagrangian/net.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/body_force.hpp>

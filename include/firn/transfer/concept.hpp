@@ -31,7 +31,7 @@ concept transfer = has_affine_flag<T> && has_affine_field<with_scalar_t<T, float
                    has_affine_field<with_scalar_t<T, double>, double, 2>;
 
 // A transfer scheme may also blend velocities or refine velocities. Both need more passes over the particles in each
-// step, see exec/transfer_passes.hpp.
+// step, see loops/transfer_passes.hpp.
 
 /// The velocities of a particle after a step.
 template <class S, int D>

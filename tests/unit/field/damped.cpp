@@ -2,7 +2,7 @@
 #include "support/catch.hpp"
 #include "support/each_scalar.hpp"
 #include <firn/boundary/walls.hpp>
-#include <firn/exec/g2p.hpp>
+#include <firn/loops/g2p.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/simulation.hpp>

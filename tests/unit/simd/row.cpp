@@ -3,8 +3,8 @@
 /// integers are rounded as std::llrint rounds.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
-#include <firn/exec/gather.hpp>
-#include <firn/exec/scatter.hpp>
+#include <firn/loops/gather.hpp>
+#include <firn/loops/scatter.hpp>
 
 #include <numeric>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "support/random_numbers.hpp"
-#include <firn/exec/g2p.hpp>
-#include <firn/exec/transfer_passes.hpp>
+#include <firn/loops/g2p.hpp>
+#include <firn/loops/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/sort/partition.hpp>

@@ -3,7 +3,7 @@
 /// matter and for spray.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
-#include <firn/exec/p2g_with_velocities.hpp>
+#include <firn/loops/p2g_with_velocities.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/flip.hpp>
 #include <firn/transfer/fmpm.hpp>

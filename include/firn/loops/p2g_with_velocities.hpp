@@ -1,7 +1,7 @@
 /// \file P2G together with before_p2g(), for transfers that blend the particles' velocities with those of the grid.
 #pragma once
 
-#include <firn/exec/transfer_passes.hpp>
+#include <firn/loops/transfer_passes.hpp>
 
 namespace firn::inline FIRN_BUILD {
 

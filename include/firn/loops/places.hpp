@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/particle_view.hpp>
-#include <firn/exec/arena.hpp>
+#include <firn/loops/arena.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/simd/row.hpp>

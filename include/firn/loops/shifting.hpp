@@ -4,7 +4,7 @@
 
 #include <firn/boundary/measured_from.hpp>
 #include <firn/boundary/room.hpp>
-#include <firn/exec/volume_filter.hpp>
+#include <firn/loops/volume_filter.hpp>
 #include <firn/stage/shifting.hpp>
 
 #include <algorithm>

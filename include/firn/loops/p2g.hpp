@@ -4,10 +4,10 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_set.hpp>
-#include <firn/exec/bands.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/scatter.hpp>
-#include <firn/exec/spray.hpp>
+#include <firn/loops/bands.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/scatter.hpp>
+#include <firn/loops/spray.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>

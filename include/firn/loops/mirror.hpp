@@ -4,8 +4,8 @@
 #include <firn/boundary/concept.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/reactions.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/reactions.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/mirror_planes.hpp>
 

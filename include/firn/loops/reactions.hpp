@@ -5,7 +5,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/lanes.hpp>
-#include <firn/exec/execution.hpp>
+#include <firn/loops/execution.hpp>
 #include <firn/math/rotor.hpp>
 
 #include <cstdint>

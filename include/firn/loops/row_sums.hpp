@@ -2,8 +2,8 @@
 /// and how to add to them; ArenaRows and GridRows define where the sums are stored.
 #pragma once
 
-#include <firn/exec/fixed_point.hpp>
-#include <firn/exec/places.hpp>
+#include <firn/loops/fixed_point.hpp>
+#include <firn/loops/places.hpp>
 #include <firn/simd/integer_row.hpp>
 #include <firn/stage/p2g.hpp>
 

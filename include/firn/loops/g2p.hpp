@@ -3,9 +3,9 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/gather.hpp>
-#include <firn/exec/wrong_particles.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/gather.hpp>
+#include <firn/loops/wrong_particles.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
@@ -313,9 +313,9 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 /// Grid to particles: interpolates node velocities to the particles, moves the particles, and updates the material
 /// state and the stress of each particle. Particles are kept inside the domain. If the transfer blends velocities,
 /// before_p2g() must be called before p2g().
-/// \see exec/transfer_passes.hpp
+/// \see loops/transfer_passes.hpp
 /// \tparam Volume  a volumetric policy. If it averages rates of volume change, average_volume() must be called before
-///                 this function. \see exec/volume_passes.hpp
+///                 this function. \see loops/volume_passes.hpp
 /// \param dt  time step [s]
 /// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of the material is out of range
 /// \throws usage_error      if the grid was not activated for this partition

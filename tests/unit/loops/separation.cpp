@@ -2,8 +2,8 @@
 /// order of particles.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
-#include <firn/exec/near_particles.hpp>
-#include <firn/exec/separation.hpp>
+#include <firn/loops/near_particles.hpp>
+#include <firn/loops/separation.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #include <firn/contact/concept.hpp>
 #include <firn/data/block_partition.hpp>
-#include <firn/exec/around_node.hpp>
+#include <firn/loops/around_node.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/math/exp_log.hpp>
 

@@ -1,8 +1,8 @@
 /// \file The passes of a volumetric policy that filters volume ratios. They come before P2G. \see VolumeFilter
 #pragma once
 
-#include <firn/exec/g2p.hpp>
-#include <firn/exec/volume_passes.hpp>
+#include <firn/loops/g2p.hpp>
+#include <firn/loops/volume_passes.hpp>
 #include <firn/stage/volume_filter.hpp>
 
 namespace firn::inline FIRN_BUILD {

@@ -9,9 +9,9 @@
 #pragma once
 
 #include <firn/data/particle_set.hpp>
-#include <firn/exec/gather.hpp>
-#include <firn/exec/grid_update.hpp>
-#include <firn/exec/p2g.hpp>
+#include <firn/loops/gather.hpp>
+#include <firn/loops/grid_update.hpp>
+#include <firn/loops/p2g.hpp>
 #include <firn/force/none.hpp>
 #include <firn/transfer/concept.hpp>
 

@@ -12,10 +12,10 @@
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/near_particles.hpp>
-#include <firn/exec/separation.hpp>
-#include <firn/exec/transfer_passes.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/near_particles.hpp>
+#include <firn/loops/separation.hpp>
+#include <firn/loops/transfer_passes.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/contact.hpp>
 

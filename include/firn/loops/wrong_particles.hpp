@@ -6,7 +6,7 @@
 #pragma once
 
 #include <firn/data/check_particles.hpp>
-#include <firn/exec/places.hpp>
+#include <firn/loops/places.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
@@ -170,5 +170,5 @@ template <class Read>
 }  // namespace firn::inline FIRN_BUILD::detail
 
 #if FIRN_HAS_BODIES
-#include <firn/exec/wrong_particles-inl.hpp>
+#include <firn/loops/wrong_particles-inl.hpp>
 #endif

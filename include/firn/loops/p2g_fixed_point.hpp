@@ -1,8 +1,8 @@
 /// \file P2G of all particles, in fixed point. \see FixedPoint
 #pragma once
 
-#include <firn/exec/fixed_point.hpp>
-#include <firn/exec/p2g.hpp>
+#include <firn/loops/fixed_point.hpp>
+#include <firn/loops/p2g.hpp>
 
 #include <array>
 #include <cstring>

@@ -15,11 +15,11 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/mirror.hpp>
-#include <firn/exec/near_particles.hpp>
-#include <firn/exec/reactions.hpp>
-#include <firn/exec/separation.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/mirror.hpp>
+#include <firn/loops/near_particles.hpp>
+#include <firn/loops/reactions.hpp>
+#include <firn/loops/separation.hpp>
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/time_step.hpp>
 

@@ -1,7 +1,7 @@
 /// \file Bodies of wrong_particles.hpp. A program that links firn::compiled does not include them.
 #pragma once
 
-#include <firn/exec/wrong_particles.hpp>
+#include <firn/loops/wrong_particles.hpp>
 
 namespace firn::inline FIRN_BUILD::detail {
 

@@ -7,7 +7,7 @@
 #include <firn/data/box_masks.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/data/particle_view.hpp>
-#include <firn/exec/around_node.hpp>
+#include <firn/loops/around_node.hpp>
 #include <firn/math/exp_log.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/sort/block_numbers.hpp>

@@ -8,10 +8,10 @@
 #pragma once
 
 #include <firn/data/particle_set.hpp>
-#include <firn/exec/gather.hpp>
-#include <firn/exec/mirror.hpp>
-#include <firn/exec/p2g.hpp>
-#include <firn/exec/transfer_passes.hpp>
+#include <firn/loops/gather.hpp>
+#include <firn/loops/mirror.hpp>
+#include <firn/loops/p2g.hpp>
+#include <firn/loops/transfer_passes.hpp>
 #include <firn/force/none.hpp>
 #include <firn/stage/volume.hpp>
 #include <firn/volumetric/concept.hpp>

@@ -2,7 +2,7 @@
 /// the type of the sums, and where they are stored.
 #pragma once
 
-#include <firn/exec/row_sums.hpp>
+#include <firn/loops/row_sums.hpp>
 
 namespace firn::inline FIRN_BUILD {
 

@@ -5,9 +5,9 @@
 #include <firn/boundary/measured_from.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/exec/execution.hpp>
-#include <firn/exec/mirror.hpp>
-#include <firn/exec/reactions.hpp>
+#include <firn/loops/execution.hpp>
+#include <firn/loops/mirror.hpp>
+#include <firn/loops/reactions.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>

@@ -2,7 +2,7 @@
 /// added to the grid.
 #pragma once
 
-#include <firn/exec/arena.hpp>
+#include <firn/loops/arena.hpp>
 #include <firn/simd/row.hpp>
 
 #include <bit>

@@ -1,7 +1,7 @@
 /// \file Gather: sums of node values over the rows of nodes around each particle of a pack (sixteen particles).
 #pragma once
 
-#include <firn/exec/places.hpp>
+#include <firn/loops/places.hpp>
 #include <firn/stage/g2p.hpp>
 
 namespace firn::inline FIRN_BUILD {
