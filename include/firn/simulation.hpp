@@ -40,8 +40,9 @@ namespace firn::inline FIRN_BUILD {
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// A step calls the stages P2G, grid update and G2P (functions in the folder loops/) one after the other. A program may
-/// also call these functions itself, without this class.
+/// A step is a list of passes: P2G, grid update, G2P, and those that policies and the program add. \see RunOf::passes,
+/// add_pass. What passes do is in functions of the folder loops/. A program may also call these functions itself, without
+/// this class.
 ///
 /// In 2D a simulation is a slice of matter one metre thick, in plane strain: densities are in kg/m³ as in 3D, masses in
 /// kg, forces in N, energies in J. The volume of a particle is given as its area [m²].
@@ -201,11 +202,11 @@ public:
     }
     template <class M>
     auto set() {
-        return set<Make::template place<M>()>();
+        return set<Make::template index_of<M>()>();
     }
     template <class M>
     auto set() const {
-        return set<Make::template place<M>()>();
+        return set<Make::template index_of<M>()>();
     }
     /// @}
 
@@ -340,7 +341,7 @@ private:
     }
     void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn, this->speaks_); }
 
-    auto ranks() const { return RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution)); }
+    auto ranks() const { return detail::RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution)); }
     int workers() const { return thread_count(requested_threads(execution)); }
 
     /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
@@ -412,9 +413,7 @@ private:
     /// their stresses.
     /// \throws particle_error  if a step failed half-way, or if a particle has a value that is not finite or lies
     ///                         outside the domain
-    void prepare() {
-        if (this->prepare_sets(ranks(), workers())) activate();
-    }
+    void prepare();
     void activate() {
         const CopiesElsewhere elsewhere = Run::activate(ranks(), Law::between_groups, acts_by_gap<Boundary>, workers());
         if constexpr (acts_by_gap<Boundary>) gap_memory_.forget();

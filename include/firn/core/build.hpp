@@ -138,8 +138,11 @@
                      FIRN_BUILD_ATOMICS, FIRN_BUILD_OPENMP, FIRN_BUILD_OPTIMISED, FIRN_BUILD_SANITIZED, \
                      FIRN_BUILD_CONTAINERS, FIRN_BUILD_ROWS, FIRN_BUILD_COMPILER, FIRN_BUILD_VERSION)
 
-/// Whether headers include the bodies (-inl.hpp) of what the libraries firn::compiled and firn::compiled_hdf5 compile:
-/// in these libraries, and in programs that do not link them.
+/// \def FIRN_HAS_BODIES
+/// Whether headers include the bodies (-inl.hpp) of what the library firn::compiled compiles: in the library, and in
+/// programs that do not link it.
+/// \def FIRN_HAS_BODIES_OF_STATES
+/// The same for firn::compiled_hdf5.
 #if !defined(FIRN_COMPILED) || defined(FIRN_COMPILES)
 #define FIRN_HAS_BODIES 1
 #else

@@ -6,13 +6,10 @@
 #pragma once
 
 #include <firn/core/requirements.hpp>
+#include <firn/io/needs_hdf5.hpp>
 
 #include <firn/core/error.hpp>
 
-#if !__has_include(<hdf5.h>)
-#error "firn's states need HDF5: in CMake link firn::hdf5, not firn::firn; without, $(pkg-config --cflags --libs hdf5)."
-#include <firn::hdf5 is not linked>
-#endif
 #include <hdf5.h>
 
 #include <concepts>

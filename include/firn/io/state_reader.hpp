@@ -9,6 +9,8 @@
 /// lacks security fixes.
 #pragma once
 
+#include <firn/io/needs_hdf5.hpp>
+
 #include <firn/io/state.hpp>
 
 #include <filesystem>

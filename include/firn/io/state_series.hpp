@@ -4,6 +4,8 @@
 ///     {"file-series-version": "1.0", "files": [{"name": "NAME_0000.hdf", "time": 0}, …]}
 #pragma once
 
+#include <firn/io/needs_hdf5.hpp>
+
 #include <firn/io/series_file.hpp>
 #include <firn/io/state_writer.hpp>
 

@@ -35,6 +35,8 @@
 /// restore() then takes the rounded positions. No file of schema_version 1 to 4 has `parameter_list` or `texts`.
 #pragma once
 
+#include <firn/io/needs_hdf5.hpp>
+
 #include <firn/io/state.hpp>
 
 #include <algorithm>

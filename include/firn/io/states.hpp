@@ -3,6 +3,7 @@
 #pragma once
 
 #include <firn/core/requirements.hpp>
+#include <firn/io/needs_hdf5.hpp>
 
 #include <firn/io/background_series.hpp>
 #include <firn/io/compiled.hpp>

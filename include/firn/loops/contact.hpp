@@ -275,7 +275,7 @@ void sum_impulses(const Ranks& ranks, const std::vector<std::vector<PairImpulse<
 template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
 void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, int threads) {
     using P = native_pack<S>;
-    keep_in_layer(grid, 2, threads);
+    keep_in_layer(grid, layer::before_mirroring, threads);
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
     mirror_nodes(execution, grid, mirrors, false);
     for_nodes(grid, threads, [](S* node, std::size_t) {
@@ -283,20 +283,23 @@ void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M&
         const Vec<P, D> v = load_node_vectors<D>(node, r);
         store_node_vectors(v * r[node_mass], r, node);
     });
-    keep_in_layer(grid, 3, threads);
+    keep_in_layer(grid, layer::mirrored, threads);
 }
 /// Gives the nodes the numbers that they had before mirror_momenta(), and the change of velocity since then.
 template <std::floating_point S, int D>
 void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
     using P = native_pack<S>;
-    for_nodes(grid, threads, [of_before = grid.layer(2), of_mirrored = grid.layer(3)](S* node, std::size_t i) {
-        P r[4], before[4], mirrored[4];
-        const Vec<P, D> p = load_node_vectors<D>(node, r), p_before = load_node_vectors<D>(of_before + i, before);
-        const Vec<P, D> change = p - load_node_vectors<D>(of_mirrored + i, mirrored);
-        const P part = before[node_mass] * inverse_mass(mirrored[node_mass]);
-        r[node_mass] = before[node_mass];
-        store_node_vectors(p_before + change * part, r, node);
-    });
+    for_nodes(grid, threads,
+              [of_before = grid.layer(layer::before_mirroring), of_mirrored = grid.layer(layer::mirrored)](
+                  S* node, std::size_t i) {
+                  P r[4], before[4], mirrored[4];
+                  const Vec<P, D> p = load_node_vectors<D>(node, r),
+                                  p_before = load_node_vectors<D>(of_before + i, before);
+                  const Vec<P, D> change = p - load_node_vectors<D>(of_mirrored + i, mirrored);
+                  const P part = before[node_mass] * inverse_mass(mirrored[node_mass]);
+                  r[node_mass] = before[node_mass];
+                  store_node_vectors(p_before + change * part, r, node);
+              });
 }
 
 }  // namespace detail
@@ -346,7 +349,7 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
     parallel_region(threads, [&] {
         if (is_mirrored) detail::mirror_momenta(execution, grid, mirrors, threads);
         ranks.bring_copies(grid);
-        const S* const masses = is_mirrored ? grid.layer(2) : nullptr;
+        const S* const masses = is_mirrored ? grid.layer(layer::before_mirroring) : nullptr;
         parallel_for(
             places.size(), threads, [&](std::size_t i, int) { detail::find_meeting_nodes(grid, places[i], memory); },
             16);

@@ -5,6 +5,7 @@
 #include <firn/core/parallel.hpp>
 #include <firn/loops/execution.hpp>
 #include <firn/loops/gather.hpp>
+#include <firn/loops/layers.hpp>
 #include <firn/loops/wrong_particles.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
@@ -222,7 +223,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     if constexpr (requires { transfer.check(); }) transfer.check();
     grid.require_active(partition);
-    if (blends_velocities<Transfer> && grid.block_count() > 0 && !grid.layer(1))
+    if (blends_velocities<Transfer> && grid.block_count() > 0 && !grid.layer(layer::before_forces))
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");

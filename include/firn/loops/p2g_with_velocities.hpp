@@ -97,8 +97,8 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
     detail::check_p2g(grid, dt, sets);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
-        grid.exchange(1, threads);  // so that there is a layer 1
-        S *const plain = grid.nodes(0), *const forced = grid.layer(1);
+        grid.exchange(layer::before_forces, threads);  // so that there is this layer
+        S *const plain = grid.nodes(0), *const forced = grid.layer(layer::before_forces);
         detail::scatter_by_bands(
             grid,
             [&](std::size_t begin, std::size_t end) {
@@ -110,7 +110,7 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
             },
             sets);
         detail::velocities_of_momenta(execution, grid, mirrors);
-        grid.exchange(1, threads);
+        grid.exchange(layer::before_forces, threads);
     });
 }
 

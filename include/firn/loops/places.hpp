@@ -2,8 +2,8 @@
 #pragma once
 
 #include <firn/data/particle_view.hpp>
-#include <firn/loops/arena.hpp>
 #include <firn/kernel/concept.hpp>
+#include <firn/loops/arena.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/simd/row.hpp>
 #include <firn/simd/transpose.hpp>

@@ -6,8 +6,8 @@
 
 #include <firn/contact/concept.hpp>
 #include <firn/data/block_partition.hpp>
-#include <firn/loops/around_node.hpp>
 #include <firn/kernel/concept.hpp>
+#include <firn/loops/around_node.hpp>
 #include <firn/math/exp_log.hpp>
 
 #include <array>

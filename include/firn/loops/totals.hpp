@@ -5,8 +5,8 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particles.hpp>
-#include <firn/loops/execution.hpp>
 #include <firn/kernel/concept.hpp>
+#include <firn/loops/execution.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/math/rotor.hpp>
 

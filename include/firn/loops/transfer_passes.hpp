@@ -9,10 +9,11 @@
 #pragma once
 
 #include <firn/data/particle_set.hpp>
+#include <firn/force/none.hpp>
 #include <firn/loops/gather.hpp>
 #include <firn/loops/grid_update.hpp>
+#include <firn/loops/layers.hpp>
 #include <firn/loops/p2g.hpp>
-#include <firn/force/none.hpp>
 #include <firn/transfer/concept.hpp>
 
 #include <algorithm>
@@ -41,15 +42,12 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>::template vectors<D>(memory.data());
 }
 
-/// Layer of the grid that holds v_j, the sum of the first j terms of FMPM's series.
-inline constexpr std::size_t layer_of_sum = 2;
-
-/// Interpolates the velocities of layer_of_sum to every particle of a group: stores Σ N_i v_i as the particle's
-/// velocity, with the weights N_i and the velocities v_i of the nodes around the particle.
+/// Interpolates the velocities of layer::last_of_series to every particle of a group: stores Σ N_i v_i as the
+/// particle's velocity, with the weights N_i and the velocities v_i of the nodes around the particle.
 template <class Kernel, class View, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, const GroupPlaces<View>& places,
                        const SparseGrid<S, D>& grid) {
-    NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer_of_sum);
+    NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer::last_of_series);
     PackPlaces<Kernel, false, S, D> pack;
     PackSums<Kernel, false, false, S, D> sums;
     using P = native_pack<S>;
@@ -110,7 +108,7 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
-/// Interpolates the velocities of layer_of_sum to the particles, and transfers their momenta to the nodes.
+/// Interpolates the velocities of layer::last_of_series to the particles, and transfers their momenta to the nodes.
 /// \param sets  the sets of particles; the velocities of their views are memory for the interpolated velocities
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class View>
 void there_and_back(const Execution& execution, SparseGrid<S, D>& grid, int threads, ParticleSets<View> sets) {
@@ -123,8 +121,8 @@ void there_and_back(const Execution& execution, SparseGrid<S, D>& grid, int thre
     p2g<Kernel, Transfer, NoForceFor<Transfer>>(execution, grid, 0.0, sets);
 }
 
-/// Interpolates the velocities of layer_of_sum to the particles of a group, and scatters their momenta to the nodes,
-/// both through an arena and with the same weights.
+/// Interpolates the velocities of layer::last_of_series to the particles of a group, and scatters their momenta to the
+/// nodes, both through an arena and with the same weights.
 template <class Kernel, class View, std::floating_point S, int D>
 [[gnu::noinline]] void there_and_back_by_arenas(const ParticleSet<View>& set, const BlockGroup& group,
                                                 const GroupPlaces<View>& places, SparseGrid<S, D>& grid) {
@@ -139,7 +137,7 @@ template <class Kernel, class View, std::floating_point S, int D>
     };
     const ArenaBox<D> box = places.template box<Kernel>(group);
     if (box.strays) throw_strays();
-    NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer_of_sum);
+    NodesOfGroup<Kernel, S, D, 1> from(grid, set.partition, group, places, layer::last_of_series);
     Arena<Kernel, S, D> arena;
     arena.clear(group, box);
     Pack pack;
@@ -206,18 +204,18 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
     const bool is_mirrored = !mirrors.planes.empty();
     if (is_mirrored) {
-        keep_in_layer(grid, 3, threads);  // v_1 before walls act
+        keep_in_layer(grid, layer::first_before_walls, threads);  // v_1 before walls act
         mirror_nodes(execution, grid, mirrors, false);
     }
-    keep_in_layer(grid, 1, threads);
+    keep_in_layer(grid, layer::first_of_series, threads);
     for (int j = 1; j < transfer.order; ++j) {
-        grid.exchange(layer_of_sum, threads);
+        grid.exchange(layer::last_of_series, threads);
         if constexpr (std::same_as<Execution, Coloured> && !Transfer::affine)
             there_and_back_by_groups<Kernel, Transfer>(grid, threads, ParticleSets<View>(with_memory));
         else
             there_and_back<Kernel, Transfer>(execution, grid, threads, ParticleSets<View>(with_memory));
         velocities_of_momenta(execution, grid, mirrors);
-        const S *const first = grid.layer(1), *const last = grid.layer(layer_of_sum);
+        const S *const first = grid.layer(layer::first_of_series), *const last = grid.layer(layer::last_of_series);
         const bool is_last = j + 1 == transfer.order;
         for_nodes(grid, threads, [&](S* node, std::size_t i) {
             P r[4], of_first[4], of_last[4];
@@ -228,13 +226,16 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
         });
     }
     if (is_mirrored)
-        for_nodes(grid, threads, [v_1 = grid.layer(1), unmirrored = grid.layer(3)](S* node, std::size_t i) {
-            P r[4], of_first[4], of_unmirrored[4];
-            const Vec<P, D> v = load_node_vectors<D>(node, r), first = load_node_vectors<D>(v_1 + i, of_first);
-            const Vec<P, D> before = load_node_vectors<D>(unmirrored + i, of_unmirrored);
-            r[node_mass] = of_unmirrored[node_mass];
-            store_node_vectors((v + (before - first)) * r[node_mass], r, node);
-        });
+        for_nodes(grid, threads,
+                  [v_1 = grid.layer(layer::first_of_series), unmirrored = grid.layer(layer::first_before_walls)](
+                      S* node, std::size_t i) {
+                      P r[4], of_first[4], of_unmirrored[4];
+                      const Vec<P, D> v = load_node_vectors<D>(node, r),
+                                      first = load_node_vectors<D>(v_1 + i, of_first);
+                      const Vec<P, D> before = load_node_vectors<D>(unmirrored + i, of_unmirrored);
+                      r[node_mass] = of_unmirrored[node_mass];
+                      store_node_vectors((v + (before - first)) * r[node_mass], r, node);
+                  });
 }
 
 }  // namespace detail
@@ -250,7 +251,7 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mir
         parallel_region(workers, [&] {
             p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets);
             detail::velocities_of_momenta(execution, grid, mirrors);
-            grid.exchange(1, workers);
+            grid.exchange(layer::before_forces, workers);
         });
     }
 }

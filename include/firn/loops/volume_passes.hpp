@@ -8,11 +8,11 @@
 #pragma once
 
 #include <firn/data/particle_set.hpp>
+#include <firn/force/none.hpp>
 #include <firn/loops/gather.hpp>
 #include <firn/loops/mirror.hpp>
 #include <firn/loops/p2g.hpp>
 #include <firn/loops/transfer_passes.hpp>
-#include <firn/force/none.hpp>
 #include <firn/stage/volume.hpp>
 #include <firn/volumetric/concept.hpp>
 
@@ -47,10 +47,6 @@ struct RateView {
 struct RateTransfer {
     static constexpr bool affine = false, ignores_given_scales = true;
 };
-
-/// Layer of the grid that holds the nodes' sums while the averages are in the nodes. FLIP uses layer 1.
-template <class Transfer>
-inline constexpr std::size_t volume_layer = blends_velocities<Transfer> ? 2 : 1;
 
 /// Returns a span of one number for each slot of a set, in `memory`. Enlarges `memory` if it is too small.
 template <class View>
@@ -147,7 +143,7 @@ private:
 template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class View>
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
                     std::size_t k, ParticleSets<View> sets) {
-    constexpr std::size_t layer = detail::volume_layer<Transfer>;
+    constexpr std::size_t of_volumes = layer::of_volumes<Transfer>;
     const int threads = thread_count(requested_threads(execution));
     memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
@@ -156,15 +152,15 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
         std::vector<ParticleSet<detail::RateView<View>>> all;
         for (const ParticleSet<View>& set : sets)
             all.push_back({{set.view.position, set.view.volume, rate, all.size() != k}, set.partition});
-        grid.exchange(layer, threads);  // the layer then holds the velocities and masses
+        grid.exchange(of_volumes, threads);  // the layer then holds the velocities and masses
         std::swap(grid.last_scale, memory.scales[k]);
         p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
                                                                   ParticleSets<detail::RateView<View>>(all));
         std::swap(grid.last_scale, memory.scales[k]);
         detail::mirror_rates(execution, grid, mirrors);
-        grid.exchange(layer, threads);
+        grid.exchange(of_volumes, threads);
         using P = native_pack<S>;
-        detail::for_nodes(grid, threads, [sums = grid.layer(layer)](S* node, std::size_t index) {
+        detail::for_nodes(grid, threads, [sums = grid.layer(of_volumes)](S* node, std::size_t index) {
             P r[4], of_sums[4];
             load_quads(node, r);
             load_quads(sums + index, of_sums);
@@ -190,7 +186,7 @@ template <class Transfer, class Execution, std::floating_point S, int D>
 void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
     const int threads = thread_count(requested_threads(execution));
     using P = native_pack<S>;
-    detail::for_nodes(grid, threads, [kept = grid.layer(detail::volume_layer<Transfer>)](S* node, std::size_t index) {
+    detail::for_nodes(grid, threads, [kept = grid.layer(layer::of_volumes<Transfer>)](S* node, std::size_t index) {
         P r[4], of_kept[4];
         load_quads(node, r);
         load_quads(kept + index, of_kept);

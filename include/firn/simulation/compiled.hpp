@@ -23,6 +23,12 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     advance(duration, gravity);
 }
 
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
+    if (this->prepare_sets(ranks(), workers())) activate();
+}
+
 }  // namespace firn::inline FIRN_BUILD
 
 #ifdef FIRN_COMPILED

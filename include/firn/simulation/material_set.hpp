@@ -166,7 +166,7 @@ struct material_sets<D, Materials<M...>> {
     }
     /// Returns the index of the material `Wanted` in the list of materials, counted from 0.
     template <class Wanted>
-    static constexpr std::size_t place() {
+    static constexpr std::size_t index_of() {
         static_assert(
             (std::size_t(std::same_as<Wanted, M>) + ...) == 1,
             "firn: name one of the simulation's materials. If it is in the list twice, give its place: set<1>().");

@@ -38,7 +38,9 @@ enum class Data : std::uint32_t {
     averages = 1 << 12,                  ///< averaged rates of volume change, in place of the masses of nodes
     gaps = 1 << 13,                      ///< whether mirrored walls touch matter
 };
+/// Returns the data of both.
 constexpr Data operator|(Data a, Data b) { return Data(std::uint32_t(a) | std::uint32_t(b)); }
+/// Returns the data that are in both.
 constexpr Data operator&(Data a, Data b) { return Data(std::uint32_t(a) & std::uint32_t(b)); }
 /// The data that last for a step.
 inline constexpr Data data_of_a_step =
@@ -85,9 +87,13 @@ struct Pass {
 template <std::floating_point S, int D>
 class PassList {
 public:
+    /// Returns an iterator to the first pass.
     auto begin() const { return passes_.begin(); }
+    /// Returns the end of the passes.
     auto end() const { return passes_.end(); }
+    /// Returns the number of passes.
     std::size_t size() const { return passes_.size(); }
+    /// Returns pass i, from 0.
     const Pass<S, D>& operator[](std::size_t i) const { return passes_[i]; }
 
     /// Adds a pass at the end, or behind the pass of the name `after`.
@@ -106,6 +112,7 @@ private:
 struct PassTimes {
     std::vector<std::pair<std::string, double>> seconds{};  ///< For each pass, its name and its time so far [s].
 
+    /// Adds the time of pass i, from 0 [s].
     void add(std::size_t i, const std::string& name, double time) {
         if (seconds.size() <= i) seconds.resize(i + 1);
         seconds[i].first = name;

@@ -6,9 +6,9 @@
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/contact/one_field.hpp>
-#include <firn/loops/execution.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/loops/execution.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/volumetric/own_volume.hpp>

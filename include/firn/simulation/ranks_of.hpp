@@ -23,28 +23,44 @@ class SetList;
 template <std::floating_point S, int D>
 class RanksOf {
 public:
+    /// Returns which part of new particles this rank takes.
     virtual Share share() const = 0;
+    /// Returns whether this rank gives warnings.
     virtual bool speaks() const = 0;
+    /// Returns the sum of all ranks' numbers.
     virtual std::size_t sum(std::size_t here) const = 0;
+    /// Returns the largest of all ranks' numbers.
     virtual double largest(double here) const = 0;
+    /// Returns the text of the first rank whose text is not empty.
     virtual std::string text_of_first(const std::string& here) const = 0;
+    /// Calls describe(), which throws an error, unless `right` is true on all ranks.
     virtual void require(bool right, const std::function<void()>& describe) const = 0;
+    /// Before the particles of set `number` are sorted: sends them to the ranks that own their blocks.
     virtual void bring_home(const KernelFacts& kernel, SetList<S, D>& sets, std::size_t number) const = 0;
+    /// After the grid was activated: finds the blocks of nodes that several ranks share.
     virtual void meet(const KernelFacts& kernel, SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions,
                       int threads) const = 0;
+    /// After meet(): finds the copies of blocks that this rank needs from others. \see OneRank::copies_elsewhere
     virtual CopiesElsewhere copies_elsewhere(SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions,
                                              bool between_groups, bool acts_by_gap, int threads) const = 0;
+    /// Before P2G: takes note of the mirrored walls, behind which nodes depend on those in front.
     virtual void use_mirrors(const std::vector<MirrorPlane>& planes) const = 0;
+    /// Joins the reports of G2P of all ranks.
     virtual void join_reports(SetList<S, D>& sets) const = 0;
+    /// After G2P: joins the reports and the largest accelerations, then calls describe(), which throws an error, unless
+    /// `right` is true on all ranks.
     virtual void end_g2p(SetList<S, D>& sets, double time, bool right, double& acceleration,
                          const std::function<void()>& describe) const = 0;
+    /// Adds up the sums of all ranks; each rank then has the sums over all.
     virtual void merge(std::span<ExactSum> sums) const = 0;
+    /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     virtual bool has_lost(std::size_t number) const = 0;
 
 protected:
     ~RanksOf() = default;
 };
 
+namespace detail {
 /// The same, of a class with these functions: OneRank or mpi::Ranks.
 template <std::floating_point S, int D, class Ranks>
 class RanksAs final : public RanksOf<S, D> {
@@ -80,5 +96,6 @@ public:
 private:
     Ranks ranks_;
 };
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -48,13 +48,14 @@ public:
 
 protected:
     using Stepper<D>::now_;
-    using Ranks = RanksOf<S, D>;
+    using Ranks = RanksOf<S, D>;  ///< What the processes of the run tell each other.
 
+    /// Makes a run without particles.
     RunOf(const Domain<D>& domain, const KernelFacts& kernel, SetList<S, D> sets);
-    RunOf(const RunOf&);
-    RunOf(RunOf&&) noexcept;
-    RunOf& operator=(const RunOf&);
-    RunOf& operator=(RunOf&&) noexcept;
+    RunOf(const RunOf&);                 ///< Copies the run with its sets.
+    RunOf(RunOf&&) noexcept;             ///< Takes the run over.
+    RunOf& operator=(const RunOf&);      ///< Copies the run with its sets.
+    RunOf& operator=(RunOf&&) noexcept;  ///< Takes the run over.
     ~RunOf();
 
     /// Returns the partitions of all sets.
@@ -65,6 +66,7 @@ protected:
         for (SetOf<S, D>& set : sets_) all.push_back({set.store().motion(), set.partition});
         return all;
     }
+    /// Returns what the bound of the time step depends on.
     detail::StepInputs<S, D> step_inputs(const Ranks& ranks, int threads) {
         return {sets_, domain(), kernel_, now_.time, threads, ranks};
     }
@@ -74,6 +76,7 @@ protected:
     /// \throws particle_error  if a step failed half-way, or if a particle has a value that is not finite or lies
     ///                         outside the domain
     bool prepare_sets(const Ranks& ranks, int threads);
+    /// Sorts set k; on many ranks, its particles come home first.
     void sort(std::size_t k, const Ranks& ranks, int threads);
 
     /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound.
@@ -101,12 +104,12 @@ protected:
     /// Returns what is wrong with a time step that does not change the time. \see detail::throw_no_step
     void check_time_step(double dt, const Ranks& ranks, int threads);
 
-    PassList<S, D> passes_;
-    SparseGrid<S, D> grid_;
-    SetList<S, D> sets_;
-    KernelFacts kernel_;
-    detail::StepBound bound_;
-    detail::Warnings warnings_;
+    PassList<S, D> passes_;      ///< The passes of a step.
+    SparseGrid<S, D> grid_;      ///< The grid.
+    SetList<S, D> sets_;         ///< The sets of particles.
+    KernelFacts kernel_;         ///< The facts about the kernel.
+    detail::StepBound bound_;    ///< The bound of the time step.
+    detail::Warnings warnings_;  ///< Which warnings were given.
 
 private:
     void act(std::size_t pass, StepNow<S, D>& now);

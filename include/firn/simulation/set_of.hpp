@@ -5,8 +5,8 @@
 #include <firn/core/stepper.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particle_store.hpp>
-#include <firn/loops/g2p.hpp>
 #include <firn/lagrangian/net.hpp>
+#include <firn/loops/g2p.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/body_force.hpp>
 #include <firn/simulation/load.hpp>
@@ -36,11 +36,11 @@ struct PartOfBody {
 template <std::floating_point S, int D>
 class SetOf {
 public:
-    SetOf();
-    SetOf(const SetOf&);
-    SetOf(SetOf&&) noexcept;
-    SetOf& operator=(const SetOf&);
-    SetOf& operator=(SetOf&&) noexcept;
+    SetOf();                             ///< Makes a set without particles.
+    SetOf(const SetOf&);                 ///< Copies the set.
+    SetOf(SetOf&&) noexcept;             ///< Takes the set over.
+    SetOf& operator=(const SetOf&);      ///< Copies the set.
+    SetOf& operator=(SetOf&&) noexcept;  ///< Takes the set over.
     virtual ~SetOf();
 
     /// \name What needs the material
@@ -59,6 +59,7 @@ public:
     virtual bool is_elastic() const = 0;  ///< Returns whether F alone is the state, and nothing yields.
     /// @}
 
+    /// Returns the particles.
     const ParticleStore<S, D>& store() const { return const_cast<SetOf&>(*this).store(); }
 
     BlockPartition<D> partition{};     ///< Blocks into which the particles are sorted.
@@ -194,23 +195,33 @@ template <std::floating_point S, int D>
 class SetList {
 public:
     SetList() = default;
+    /// Copies all sets.
     SetList(const SetList& other) {
         for (const SetOf<S, D>& set : other) sets_.push_back(set.copy());
     }
-    SetList(SetList&&) noexcept = default;
+    SetList(SetList&&) noexcept = default;  ///< Takes the sets over.
+    /// Takes the sets of `other` in place of its own.
     SetList& operator=(SetList other) noexcept {
         sets_ = std::move(other.sets_);
         return *this;
     }
 
+    /// Adds a set at the end.
     void add(std::unique_ptr<SetOf<S, D>> set) { sets_.push_back(std::move(set)); }
+    /// Returns the number of sets.
     std::size_t size() const { return sets_.size(); }
+    /// Returns set k, from 0.
     SetOf<S, D>& operator[](std::size_t k) { return *sets_[k]; }
+    /// Returns set k, from 0.
     const SetOf<S, D>& operator[](std::size_t k) const { return *sets_[k]; }
 
+    /// Returns an iterator to the first set.
     auto begin() { return Iterator<SetOf<S, D>>{sets_.data()}; }
+    /// Returns the end of the sets.
     auto end() { return Iterator<SetOf<S, D>>{sets_.data() + sets_.size()}; }
+    /// Returns an iterator to the first set.
     auto begin() const { return Iterator<const SetOf<S, D>>{sets_.data()}; }
+    /// Returns the end of the sets.
     auto end() const { return Iterator<const SetOf<S, D>>{sets_.data() + sets_.size()}; }
 
 private:

@@ -100,7 +100,7 @@ FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, 
     const S per_mass_on = named("per_mass_on", inverse_mass(column.mass_on));
     const S moves_on = weights.on * per_mass_on, moves_beside = weights.beside * per_mass;
     const Vec<S, D> surface = on * weights.on + beside * weights.beside;
-    const S speed = named("surface_speed", sqrt(max(dot(surface, surface), S(1e-30))));
+    const S speed = named("surface_speed", sqrt(max(dot(surface, surface), S(detail::least_square))));
     const S yields = named("yields", weights.on * moves_on + weights.beside * moves_beside);
     const auto moves = yields > S(0);
     const S stops = select(moves, speed / select(moves, yields, S(1)), S(0));

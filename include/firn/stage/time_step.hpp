@@ -11,6 +11,9 @@
 
 namespace firn::inline FIRN_BUILD {
 
+/// Returns the safety factor of a kernel with this courant_limit. \see time_step_safety
+constexpr double time_step_safety_of(double courant_limit) { return 0.6 * (courant_limit / 1.6329931618554521); }
+
 /// The factor f for which f h / (|v| + c) is the largest safe time step. h is the cell size, v the velocity and c the
 /// wave speed of a particle.
 ///
@@ -20,7 +23,6 @@ namespace firn::inline FIRN_BUILD {
 /// derivatives N' of the weights; the maximum is taken over the positions of the particle. More particles do not raise
 /// this value. The limit 2/ω of the time step is then 0.82 h/c for the quadratic and 1.13 h/c for the cubic spline. So
 /// the same fraction of the courant_limit is safe for both splines.
-constexpr double time_step_safety_of(double courant_limit) { return 0.6 * (courant_limit / 1.6329931618554521); }
 template <class Kernel>
 inline constexpr double time_step_safety = time_step_safety_of(Kernel::courant_limit);
 

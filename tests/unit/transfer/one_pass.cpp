@@ -84,14 +84,14 @@ TEMPLATE_TEST_CASE("Velocities go to the particles and back at once with the bit
     Matter<S, TestType::D> matter;
     p2g<K, Fmpm, MlsForce>(Coloured{2}, matter.grid, 1e-3, matter.set());
     detail::velocities_of_momenta(Coloured{2}, matter.grid, Mirrors{});
-    matter.grid.exchange(detail::layer_of_sum);
+    matter.grid.exchange(layer::last_of_series);
     auto set = detail::motion_of_set(matter.set());
     aligned_vector<S> memory;
     set.view.velocity = detail::vectors_like(set.view, memory, set.partition.slots(), 2);
     const ParticleSets<decltype(set.view)> all(&set, 1);
     detail::there_and_back<K, Fmpm>(Coloured{2}, matter.grid, 2, all);
     const auto expected = matter.layer(0);
-    REQUIRE(expected != matter.layer(detail::layer_of_sum));
+    REQUIRE(expected != matter.layer(layer::last_of_series));
     detail::there_and_back_by_groups<K, Fmpm>(matter.grid, 2, all);
     CHECK(matter.layer(0) == expected);
 }
