@@ -56,7 +56,7 @@ TEST_CASE("The bar swings within the same bound with forces by weight gradients"
     CHECK(std::abs(errors.energy) < 0.01);
 }
 
-TEST_CASE("PIC damps the bar in one period, over twenty times as much as APIC") {
+TEST_CASE("PIC damps the bar in one period, over twenty times as much as APIC", "[slow]") {
     const Errors pic = run<Pic, WeightGradientForce>(0.5), apic = run<Apic, WeightGradientForce>(0.5);
     CAPTURE(pic.energy, apic.energy);
     CHECK(pic.energy < -0.05);

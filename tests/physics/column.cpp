@@ -14,7 +14,8 @@ TEST_CASE("A column at rest bears its weight: with linear weights it has the str
     CHECK(column.errors().across < 1e-12);
 }
 
-TEST_CASE("Away from its ends a column has the stress of the weight above, and settles in first order of the cells") {
+TEST_CASE("Away from its ends a column has the stress of the weight above, and settles in first order of the cells",
+          "[slow]") {
     const auto errors = [](double h) {
         Column<double, MlsForce, QuadraticBSpline> column(h);
         column.settle(6);

@@ -13,10 +13,13 @@ inline constexpr std::size_t before_forces = 1;
 
 /// FMPM, while it refines velocities: v_1, the first term of the series; v_j, the sum of the first j terms; and v_1 before
 /// walls act.
-inline constexpr std::size_t first_of_series = 1, last_of_series = 2, first_before_walls = 3;
+inline constexpr std::size_t first_of_series = 1;
+inline constexpr std::size_t last_of_series = 2;      ///< v_j.
+inline constexpr std::size_t first_before_walls = 3;  ///< v_1 before walls act.
 
 /// Contact beside mirrored walls, while groups meet: the momenta before walls mirror them, and afterwards.
-inline constexpr std::size_t before_mirroring = 2, mirrored = 3;
+inline constexpr std::size_t before_mirroring = 2;
+inline constexpr std::size_t mirrored = 3;  ///< The momenta after walls have mirrored them.
 
 /// Volumetric policies that average: the velocities and masses, and the masses while averages ride in their place.
 template <class Transfer>

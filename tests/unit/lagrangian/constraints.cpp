@@ -37,7 +37,7 @@ double catenary(double width, double length) {
 
 }  // namespace
 
-TEST_CASE("a hanging chain is a catenary", "[lagrangian]") {
+TEST_CASE("a hanging chain is a catenary", "[lagrangian][slow]") {
     const int links = 40;
     const double width = 1, length = 1.5, a = catenary(width, length);
     for (const ConstraintUpdate update : {ConstraintUpdate::immediate, ConstraintUpdate::coloured}) {
@@ -184,7 +184,7 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
     }
 }
 
-TEST_CASE("cloth that is pulled apart tears along a line, and what is left holds together", "[lagrangian]") {
+TEST_CASE("cloth that is pulled apart tears along a line, and what is left holds together", "[lagrangian][slow]") {
     const int n = 20;
     ParticleSystem<3, double> system;
     system.gravity = Vec<double, 3>::zero();

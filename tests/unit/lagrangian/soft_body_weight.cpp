@@ -45,7 +45,7 @@ Kept lie_down(const SoftBody<3>& body) {
 
 }  // namespace
 
-TEST_CASE("A mesh's support links hold it up under its weight; without them it falls flat") {
+TEST_CASE("A mesh's support links hold it up under its weight; without them it falls flat", "[slow]") {
     auto ball = mesh_body(test_meshes::sphere({0, 0.5, 0}, 0.5, 2));
     const Kept held = lie_down(ball);
     CAPTURE(held.under_weight, held.afterwards);
@@ -57,7 +57,7 @@ TEST_CASE("A mesh's support links hold it up under its weight; without them it f
     CHECK(bare.under_weight < 0.7);
 }
 
-TEST_CASE("A lattice of all three kinds of links holds its shape; without shear links it leans over") {
+TEST_CASE("A lattice of all three kinds of links holds its shape; without shear links it leans over", "[slow]") {
     auto cube = lattice_body(sample_box<3>({-0.5, 0, -0.5}, {0.5, 1, 0.5}, {.spacing = 0.25}));
     const Kept held = lie_down(cube);
     CAPTURE(held.under_weight, held.afterwards);

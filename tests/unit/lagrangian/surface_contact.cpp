@@ -285,7 +285,7 @@ TEST_CASE("surface contact: points in float follow a boundary in double, the sam
 }
 
 TEST_CASE("surface contact: balls larger than the band of a mesh's grid meet the mesh, and not the grid's box",
-          "[lagrangian]") {
+          "[lagrangian][slow]") {
     // Nodes outside of the band stored its width, 0.06 m: every ball of 0.1 m in the grid's box touched something.
     const double radius = 0.1;
     const auto mesh = test_meshes::sphere({0, 0, 0}, 0.6, 3);
