@@ -9,9 +9,9 @@
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
-#include <firn/loops/totals.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/loops/totals.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/acceleration.hpp>
@@ -41,8 +41,8 @@ namespace firn::inline FIRN_BUILD {
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
 /// A step is a list of passes: P2G, grid update, G2P, and those that policies and the program add. \see RunOf::passes,
-/// add_pass. What passes do is in functions of the folder loops/. A program may also call these functions itself, without
-/// this class.
+/// add_pass. What passes do is in functions of the folder loops/. A program may also call these functions itself,
+/// without this class.
 ///
 /// In 2D a simulation is a slice of matter one metre thick, in plane strain: densities are in kg/m³ as in 3D, masses in
 /// kg, forces in N, energies in J. The volume of a particle is given as its area [m²].
@@ -160,7 +160,6 @@ public:
                       "simulation(domain, Sand<float>{}), or name the material: firn::Simulation<3, Sand<float>>.");
     }
 
-    using Run::domain;
     using Run::gravity;
     using Run::reactions;
     /// A function that receives the text of each warning. Each of these warnings is given once:
@@ -339,7 +338,9 @@ private:
             (f(set_at<I>()), ...);
         }(std::make_index_sequence<material_count>{});
     }
-    void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn, this->speaks_); }
+    void warn_of_spacing(const Samples<D>& samples) {
+        warnings_.of_spacing(samples, this->domain(), warn, this->speaks_);
+    }
 
     auto ranks() const { return detail::RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution)); }
     int workers() const { return thread_count(requested_threads(execution)); }
@@ -349,7 +350,7 @@ private:
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
-        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, has_contact_groups, warn, ranks());
+        if (now_.steps == 0) warnings_.of_start(sets_, this->domain(), boundary, has_contact_groups, warn, ranks());
         warnings_.of_gravity(acceleration, gravity, warn, this->speaks_);
         bool leaves_regions = false;
         for (const SetOf<S, D>& set : sets_)
@@ -358,7 +359,7 @@ private:
             leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
             [&](std::string& warning) {
                 const double bound = find_bound(acceleration), left = end - now_.time;
-                const double dt = this->next_time_step(bound, detail::has_all_walls(boundary, domain()),
+                const double dt = this->next_time_step(bound, detail::has_all_walls(boundary, this->domain()),
                                                        Transfer::affine, ranks(), workers(), warning);
                 if (!warning.empty()) return;
                 const bool is_last = left < dt * (1 + 1e-9);
@@ -376,12 +377,11 @@ private:
         if constexpr (detail::is_uniform<Acceleration>)
             largest = norm(cast<double>(acceleration));
         else
-            largest =
-                bound_.field_at_nodes >= 0
-                    ? bound_.field_at_nodes
-                    : ranks().largest(detail::acceleration_at_particles(sets_, domain(), acceleration, workers()));
-        return bound_.find(this->step_inputs(ranks(), workers()), detail::speed_of_boundary<S>(boundary, domain()),
-                           largest);
+            largest = bound_.field_at_nodes >= 0 ? bound_.field_at_nodes
+                                                 : ranks().largest(detail::acceleration_at_particles(
+                                                       sets_, this->domain(), acceleration, workers()));
+        return bound_.find(this->step_inputs(ranks(), workers()),
+                           detail::speed_of_boundary<S>(boundary, this->domain()), largest);
     }
 
     /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
@@ -392,7 +392,7 @@ private:
         if constexpr (requires { transfer.check(); }) transfer.check();
         if constexpr (requires { contact.check(); }) contact.check();
         if constexpr (boundary_fits) static_cast<void>(lift<native_pack<S>>(boundary));  // checks it before any change
-        StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, domain())};
+        StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, this->domain())};
         all_ranks.use_mirrors(now.mirrors.planes);
         now.is_uniform = detail::is_uniform<Acceleration>;
         now.update_grid = [&] { return update_grid(now, acceleration); };

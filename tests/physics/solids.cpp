@@ -99,7 +99,7 @@ TEST_CASE("a stirrer turns matter: its torque is what the matter's angular momen
     CHECK(std::abs(given - angular_momentum()) <= 1e-9 * given);
 }
 
-TEMPLATE_TEST_CASE("a rigid ball on an elastic block: gravity and walls alone change the momentum of both", float,
+TEMPLATE_TEST_CASE("a rigid ball on an elastic block: gravity and walls alone change the momentum of both", "", float,
                    double) {
     using S = TestType;
     const auto walls = Walls<S, 3>::all({S(0), S(0), S(0)}, {S(1), S(1), S(1)}, {Contact::slip, 0});
