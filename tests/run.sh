@@ -130,7 +130,7 @@ counted() {
 # the CPU's. The software GPU uses one thread, so two lanes of about the same duration run in parallel.
 wgsl_stage() { # FOLDER CASES_OPTION...
     local start cpu_start tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
-    local lane=(host tint tint_refuses dawn naga_refuses deno) other_lane=(serve naga page)
+    local lane=(host tint tint_refuses dawn) other_lane=(serve naga naga_refuses deno page)
     shift
     begin
     if [[ $full == yes ]]; then validate=--validate; fi
