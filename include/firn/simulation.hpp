@@ -113,12 +113,7 @@ public:
     /// \param walls  the boundary: walls, colliders or both
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
-               const std::type_identity_t<Boundary>& walls)
-        : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
-        for_materials([](const auto& set) { check_material<D>(set.material); });
-        this->passes_ = Passes::list();
-        this->speaks_ = ranks().speaks();
-    }
+               const std::type_identity_t<Boundary>& walls);
 
     /// Makes a simulation without particles, with the given policies, in any order. The type of each policy must be a
     /// template argument of the simulation. A policy that is not given is default-constructed. If the boundary is not
@@ -319,11 +314,7 @@ private:
     static constexpr std::size_t number_of_mine() {
         return at<I>;
     }
-    Body add_to(std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
-        const Body body = sets_[number].add(samples, density, velocity, workers(), ranks().share());
-        warn_of_spacing(samples);
-        return body;
-    }
+    Body add_to(std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity);
     template <std::size_t I>
     auto& set_at() {
         return static_cast<SetAt<I>&>(sets_[I]);

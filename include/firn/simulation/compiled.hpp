@@ -29,6 +29,26 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     if (this->prepare_sets(ranks(), workers())) activate();
 }
 
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::Simulation(
+    const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
+    const std::type_identity_t<Boundary>& walls)
+    : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
+    for_materials([](const auto& set) { check_material<D>(set.material); });
+    this->passes_ = Passes::list();
+    this->speaks_ = ranks().speaks();
+}
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume, class Law>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::add_to(
+    std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+    const Body body = sets_[number].add(samples, density, velocity, workers(), ranks().share());
+    warn_of_spacing(samples);
+    return body;
+}
+
 }  // namespace firn::inline FIRN_BUILD
 
 #ifdef FIRN_COMPILED
