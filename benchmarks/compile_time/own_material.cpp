@@ -17,8 +17,7 @@ struct Tissue {
     firn::Mat<S, D> kirchhoff_stress(const firn::Mat<S, D>& F) const {
         using Matrix = firn::Mat<S, D>;
         const S J = determinant(F);
-        return (F * transpose(F) - Matrix::identity()) * stiffened(F, J) +
-               Matrix::diagonal(lambda * (J - S(1)) * J);
+        return (F * transpose(F) - Matrix::identity()) * stiffened(F, J) + Matrix::diagonal(lambda * (J - S(1)) * J);
     }
     template <int D>
     S wave_speed(const S& density, const firn::Mat<S, D>& F) const {

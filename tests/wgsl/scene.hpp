@@ -19,8 +19,8 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
     auto particles = simulation.particles();
     detail::JoinNothing one_rank;
     const auto sum = [&](auto sets) {
-        detail::sum_in_quanta<Kernel, Transfer, Force>(simulation.execution, one_rank, grid,
-                                                       simulation.fixed_time_step, sets);
+        detail::sum_in_quanta<Kernel, Transfer, Force>(simulation.execution, one_rank, grid, simulation.fixed_time_step,
+                                                       sets);
     };
     detail::with_sets(sum, ParticleSet<decltype(particles.view())>{particles.view(), simulation.partition()});
     using Node = std::array<std::int32_t, node_width>;

@@ -6,9 +6,9 @@
 #pragma once
 
 #include <firn/core/requirements.hpp>
-#include <firn/io/needs_hdf5.hpp>
 
 #include <firn/core/error.hpp>
+#include <firn/io/needs_hdf5.hpp>
 
 #include <hdf5.h>
 

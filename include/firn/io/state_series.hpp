@@ -5,7 +5,6 @@
 #pragma once
 
 #include <firn/io/needs_hdf5.hpp>
-
 #include <firn/io/series_file.hpp>
 #include <firn/io/state_writer.hpp>
 

@@ -36,7 +36,6 @@
 #pragma once
 
 #include <firn/io/needs_hdf5.hpp>
-
 #include <firn/io/state.hpp>
 
 #include <algorithm>

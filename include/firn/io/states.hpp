@@ -3,11 +3,11 @@
 #pragma once
 
 #include <firn/core/requirements.hpp>
-#include <firn/io/needs_hdf5.hpp>
 
 #include <firn/io/background_series.hpp>
 #include <firn/io/compiled.hpp>
 #include <firn/io/interruption.hpp>
+#include <firn/io/needs_hdf5.hpp>
 #include <firn/io/restart.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/io/state_reader.hpp>

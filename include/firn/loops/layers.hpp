@@ -11,8 +11,8 @@ namespace firn::inline FIRN_BUILD::layer {
 /// Transfers that blend velocities: the velocities before forces act, from before P2G to G2P.
 inline constexpr std::size_t before_forces = 1;
 
-/// FMPM, while it refines velocities: v_1, the first term of the series; v_j, the sum of the first j terms; and v_1 before
-/// walls act.
+/// FMPM, while it refines velocities: v_1, the first term of the series; v_j, the sum of the first j terms; and v_1
+/// before walls act.
 inline constexpr std::size_t first_of_series = 1;
 inline constexpr std::size_t last_of_series = 2;      ///< v_j.
 inline constexpr std::size_t first_before_walls = 3;  ///< v_1 before walls act.

@@ -4,9 +4,9 @@
 #include <firn/core/error.hpp>
 #include <firn/core/exact_sum.hpp>
 #include <firn/data/particle_store.hpp>
+#include <firn/io/interruption.hpp>
 #include <firn/loops/execution.hpp>
 #include <firn/loops/near_particles.hpp>
-#include <firn/io/interruption.hpp>
 #include <firn/mpi/session.hpp>
 #include <firn/mpi/shared_copies.hpp>
 #include <firn/mpi/shared_sums.hpp>

@@ -2,9 +2,9 @@
 #include "support/catch.hpp"
 #include "support/each_scalar.hpp"
 #include <firn/boundary/walls.hpp>
-#include <firn/loops/g2p.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
+#include <firn/loops/g2p.hpp>
 #include <firn/simulation.hpp>
 
 using namespace firn;

@@ -71,7 +71,8 @@ TEST_CASE("A state that is not of the same system is refused with what differs",
     CHECK(holds(refused_by([](auto& s) { s.remove_if([](std::size_t i) { return i == 12; }); }), "same points"));
     CHECK(holds(refused_by([](auto& s) { s.constraints.add({0, 7}, 1); }), "'24 averaged constraints"));
     CHECK(holds(refused_by([](auto& s) { s.add_emitter({}); }), "nothing where this run says 'emitter: rate 100"));
-    CHECK(holds(refused_by([](auto& s) { s.collisions.reset(); }), "passes 4 and 2, remembered' where this run says nothing"));
+    CHECK(holds(refused_by([](auto& s) { s.collisions.reset(); }),
+                "passes 4 and 2, remembered' where this run says nothing"));
     const std::array<std::array<std::uint32_t, 2>, 1> pair{{{0, 99}}};
     CHECK(holds(refused_by([&](auto& s) { s.collisions->exclude(pair); }), "point 99"));
     CHECK(holds(refused_by([](auto& s) { s.constraints.add({0, 99}, 1); }), "'24 averaged constraints"));

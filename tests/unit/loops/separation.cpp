@@ -2,9 +2,9 @@
 /// order of particles.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
+#include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/loops/near_particles.hpp>
 #include <firn/loops/separation.hpp>
-#include <firn/kernel/quadratic_b_spline.hpp>
 
 #include <algorithm>
 #include <vector>

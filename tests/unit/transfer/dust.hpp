@@ -2,10 +2,10 @@
 #pragma once
 
 #include "support/random_numbers.hpp"
-#include <firn/loops/g2p.hpp>
-#include <firn/loops/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/loops/g2p.hpp>
+#include <firn/loops/transfer_passes.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/apic.hpp>
