@@ -33,12 +33,24 @@ bool goes_on(const Simulation& empty, const firn::Samples<D>& samples, const fir
     return firn::state_of(whole) == firn::state_of(again);
 }
 
+/// A state in float is read into a simulation in double.
+bool is_converted() {
+    const firn::Domain<3> domain{.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1.0 / 8};
+    firn::Simulation<3, Gel<float>> from(domain);
+    firn::Simulation<3, Gel<double>> to(domain);
+    from.add(firn::sample_sphere<3>({0.3, 0.3, 0.3}, 0.2, {.spacing = 1.0 / 16}), 1000.0, {1, -2, 1});
+    from.step();
+    firn::restore(to, firn::state_of(from), firn::Restart::converted);
+    return to.particles().size() == from.particles().size() && to.time() == from.time();
+}
+
 int main() {
     const firn::Simulation<2> common({.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 16});
     const firn::Simulation<3, Gel<>> own({.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1.0 / 8});
     const bool right =
         goes_on(common, firn::sample_box<2>({0.1, 0.1}, {0.4, 0.4}, {.spacing = 1.0 / 32}), {1, -2}, float()) &&
-        goes_on(own, firn::sample_sphere<3>({0.3, 0.3, 0.3}, 0.2, {.spacing = 1.0 / 16}), {1, -2, 1}, double());
+        goes_on(own, firn::sample_sphere<3>({0.3, 0.3, 0.3}, 0.2, {.spacing = 1.0 / 16}), {1, -2, 1}, double()) &&
+        is_converted();
     if (!right) std::puts("firn::compiled_hdf5 goes on to other bits.");
     return right ? 0 : 1;
 }
