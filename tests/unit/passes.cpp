@@ -117,6 +117,13 @@ TEST_CASE("A run measures the times of its passes", "[passes]") {
         CHECK(simulation.times->seconds[i].first == simulation.passes()[i].name);
         CHECK(simulation.times->seconds[i].second >= 0);
     }
+    // A pass that is added later has a time of its own, and leaves those of the others alone.
+    const auto before = simulation.times->seconds;
+    simulation.add_pass("late", "sort", [](auto&, const auto&) {});
+    simulation.step();
+    REQUIRE(simulation.times->seconds.size() == before.size() + 1);
+    for (std::size_t i = 0; i < before.size(); ++i) CHECK(simulation.times->seconds[i].first == before[i].first);
+    CHECK(simulation.times->seconds.back().first == "late");
 }
 
 }  // namespace passes_tests

@@ -112,11 +112,14 @@ private:
 struct PassTimes {
     std::vector<std::pair<std::string, double>> seconds{};  ///< For each pass, its name and its time so far [s].
 
-    /// Adds the time of pass i, from 0 [s].
-    void add(std::size_t i, const std::string& name, double time) {
-        if (seconds.size() <= i) seconds.resize(i + 1);
-        seconds[i].first = name;
-        seconds[i].second += time;
+    /// Adds to the time of the pass of this name [s].
+    void add(const std::string& name, double time) {
+        for (auto& [of, sum] : seconds)
+            if (of == name) {
+                sum += time;
+                return;
+            }
+        seconds.emplace_back(name, time);
     }
 };
 

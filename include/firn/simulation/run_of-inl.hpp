@@ -140,7 +140,7 @@ void RunOf<S, D>::act(std::size_t pass, StepNow<S, D>& now) {
     } catch (const overflow_error& failure) {
         detail::throw_overflow(failure, now_.steps, now.dt, now_.time, now.dt / bound_.step);
     }
-    if (times) times->add(pass, passes_[pass].name, detail::seconds_now() - start);
+    if (times) times->add(passes_[pass].name, detail::seconds_now() - start);
 }
 
 template <std::floating_point S, int D>
