@@ -21,6 +21,7 @@ compiler = os.environ.get("CXX", "g++")
 include = sys.argv[1] if len(sys.argv) > 1 else str(results.root / "include")
 # As the README says for builds without CMake.
 flags = ["-std=c++20", "-pthread", "-fopenmp", "-fopenmp-simd", "-fno-math-errno", "-Wno-psabi", "-I", include,
+         "-I", str(results.root / "examples"),
          "-isystem", "/usr/include/eigen3"]
 hdf5 = subprocess.run(["pkg-config", "--cflags", "hdf5"], capture_output=True, text=True).stdout.split()
 folder = Path(__file__).parent

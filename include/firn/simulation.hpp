@@ -6,7 +6,6 @@
 #include <firn/boundary/walls.hpp>
 #include <firn/contact/one_field.hpp>
 #include <firn/core/stepper.hpp>
-#include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/force/mls.hpp>
@@ -23,12 +22,11 @@
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
-#include <algorithm>
-#include <array>
-#include <functional>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
-#include <tuple>
+#include <string_view>
 #include <utility>
 
 namespace firn::inline FIRN_BUILD {
@@ -323,10 +321,10 @@ private:
     const auto& set_at() const {
         return static_cast<const SetAt<I>&>(sets_[I]);
     }
-    /// Calls f(set) for the set of each material, in the order of the materials.
+    /// Calls f(set, k) for the set of each material, in the order of the materials, k = 0, 1, …
     void for_materials(const auto& f) {
         [&]<std::size_t... I>(std::index_sequence<I...>) {
-            (f(set_at<I>()), ...);
+            (f(set_at<I>(), I), ...);
         }(std::make_index_sequence<material_count>{});
     }
     void warn_of_spacing(const Samples<D>& samples) {

@@ -153,7 +153,8 @@
 #else
 #define FIRN_HAS_BODIES_OF_STATES 0
 #endif
-/// In front of the body of a function that is no template. The libraries compile it in several files, once is linked.
+/// In front of the body of a function that is no template. The libraries compile it in several files; the
+/// linker takes one of them.
 #if defined(FIRN_COMPILES)
 #define FIRN_BODY [[gnu::weak]]
 #else

@@ -212,31 +212,6 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
 
 }  // namespace detail
 
-/// Reads the particles of a set for the scatter of their present volumes.
-template <class View>
-class ParticleReader<detail::VolumeView<View>> {
-public:
-    using S = typename View::scalar_type;      ///< The scalar type: float or double.
-    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
-
-    /// Makes a reader of the particles of `view`, which must exist as long as the reader.
-    ParticleReader(const detail::VolumeView<View>& view, const Domain<D>&, double) : view_(view) {}
-    /// Returns the records of one register of particles: nodes receive N V0 J as their mass.
-    template <class Kernel, class Transfer, class Force, class P>
-    FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>&) const {
-        return volume_record<D>(P(S(0)), view_.volume.template load_or_zero<P>(slots, 0));
-    }
-    /// Prefetches into the cache all values that record() reads, for the pack that begins at `slot`.
-    template <class Transfer>
-    FIRN_INLINE void prefetch(std::size_t slot) const {
-        view_.position.template prefetch<D>(slot);
-        view_.volume.template prefetch<1>(slot);
-    }
-
-private:
-    const detail::VolumeView<View>& view_;
-};
-
 /// Finds the present volumes V0 J of the particles of set k, for shift_particles().
 template <class Material, class Execution, std::floating_point S, class View>
 void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,

@@ -105,31 +105,36 @@ void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
 
 }  // namespace detail
 
-/// Reads the particles of a set for the scatter of their rates of volume change.
+/// Reads the particles of a set for the scatter of their volumes and, if the view has them, of their rates of volume
+/// change: what they scatter is no momentum, so the view has no velocities.
 template <class View>
-class ParticleReader<detail::RateView<View>> {
+    requires(!requires(const View& view) { view.velocity; })
+class ParticleReader<View> {
 public:
     using S = typename View::scalar_type;      ///< The scalar type: float or double.
     static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
     /// Makes a reader of the particles of `view`, which must exist as long as the reader.
-    ParticleReader(const detail::RateView<View>& view, const Domain<D>&, double) : view_(view) {}
+    ParticleReader(const View& view, const Domain<D>&, double) : view_(view) {}
     /// Returns the records of one register of particles. \see volume_record
     template <class Kernel, class Transfer, class Force, class P>
     FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>&) const {
-        return volume_record<D>(view_.rate.template load_or_zero<P>(slots, 0),
-                                view_.volume.template load_or_zero<P>(slots, 0));
+        P rate = P(S(0));
+        if constexpr (has_rates) rate = view_.rate.template load_or_zero<P>(slots, 0);
+        return volume_record<D>(rate, view_.volume.template load_or_zero<P>(slots, 0));
     }
     /// Prefetches into the cache all values that record() reads, for the pack that begins at `slot`.
     template <class Transfer>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.position.template prefetch<D>(slot);
         view_.volume.template prefetch<1>(slot);
-        view_.rate.template prefetch<1>(slot);
+        if constexpr (has_rates) view_.rate.template prefetch<1>(slot);
     }
 
 private:
-    const detail::RateView<View>& view_;
+    static constexpr bool has_rates = requires(const View& view) { view.rate; };
+
+    const View& view_;
 };
 
 /// Averages the rates of volume change of the particles of set k, and puts the average of each node in place of its

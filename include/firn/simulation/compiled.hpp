@@ -35,7 +35,7 @@ Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, La
     const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
     const std::type_identity_t<Boundary>& walls)
     : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
-    for_materials([](const auto& set) { check_material<D>(set.material); });
+    for_materials([](const auto& set, std::size_t) { check_material<D>(set.material); });
     this->passes_ = Passes::list();
     this->speaks_ = ranks().speaks();
 }

@@ -92,14 +92,12 @@ private:
         const S crossed = S(now.dt / of.domain().cell_size) * S(fastest_signal(of.sets()));
         bool stray = false;
         with_sets(of, [&](Sets sets) {
-            if (const S share = of.volume.share(crossed); share > 0) {
-                std::size_t k = 0;
-                of.for_materials([&](auto& set) {
+            if (const S share = of.volume.share(crossed); share > 0)
+                of.for_materials([&](auto& set, std::size_t k) {
                     firn::filter_volumes<Kernel>(of.execution, of.grid_, of.filter_memory_, now.mirrors, share,
-                                                 set.material, ParticleSet{set.particles.view(), set.partition}, k++,
+                                                 set.material, ParticleSet{set.particles.view(), set.partition}, k,
                                                  sets);
                 });
-            }
             if constexpr (shifts_particles<Volume>)
                 if (const S share = of.volume.shifted_share(crossed); share > 0) stray = shift(of, share, sets);
         });
@@ -110,13 +108,12 @@ private:
     /// Moves particles off overfull nodes. \return whether some may be too far from their blocks
     static bool shift(Simulation& of, const S& share, Sets sets) {
         std::vector<bool> moves;
-        of.for_materials([&]<class M>(const MaterialSet<D, M>&) {
+        of.for_materials([&]<class M>(const MaterialSet<D, M>&, std::size_t) {
             moves.push_back(has_volume_ratio<material_state_t<with_scalar_t<M, native_pack<S>>, D>>);
         });
         if (std::ranges::count(moves, true) == 0) return false;
-        std::size_t k = 0;
-        of.for_materials([&]<class M>(MaterialSet<D, M>& set) {
-            find_present_volumes<M>(of.execution, of.filter_memory_, k++,
+        of.for_materials([&]<class M>(MaterialSet<D, M>& set, std::size_t k) {
+            find_present_volumes<M>(of.execution, of.filter_memory_, k,
                                     ParticleSet{set.particles.view(), set.partition});
         });
         const auto copies = [&](auto& grid, int threads) {
@@ -164,9 +161,8 @@ private:
     }
     static void g2p(Simulation& of, Now& now) {
         if (now.set == 0) of.spoil();  // particles cannot be used before G2P has moved them all
-        std::size_t k = 0;
-        of.for_materials([&](auto& set) {
-            if (k++ != now.set) return;
+        of.for_materials([&](auto& set, std::size_t k) {
+            if (k != now.set) return;
             const PassReport pass = g2p_pass<Kernel, Transfer, Force, Volume>(
                 of.execution, set.particles.view(), set.partition, of.grid_, set.material, now.dt, of.transfer);
             set.report = pass.report;

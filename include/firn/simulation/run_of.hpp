@@ -101,7 +101,8 @@ protected:
     void end_g2p(StepNow<S, D>& now);
     /// Ends a step: sinks take particles, and sources give some.
     void end_step(const Ranks& ranks, int threads);
-    /// Returns what is wrong with a time step that does not change the time. \see detail::throw_no_step
+    /// Checks that a step of dt [s] changes the time. \see detail::throw_no_step
+    /// \throws parameter_error, particle_error  if it does not
     void check_time_step(double dt, const Ranks& ranks, int threads);
 
     PassList<S, D> passes_;      ///< The passes of a step.
