@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# check_extern_template.sh COMPILER FLAGS NM SOURCE FOLDER: where a program says that another of its files compiles its
-# simulation, no stage is compiled again, with and without optimisation. A copy that is planted must be found. FLAGS is
-# a response file.
+# check_extern_template.sh COMPILER FLAGS NM SOURCE FOLDER OPTION...: where a program says that another of its files
+# compiles its simulation, no stage is compiled again, with each of the options. A copy that is planted must be found.
+# FLAGS is a response file.
 set -euo pipefail
 
 compiler=$1 flags=$2 nm=$3 source=$4 folder=$5
+shift 5
 mkdir -p "$folder"
 
 # stages OPTION...: the functions of P2G, G2P and sorting in the object file.
@@ -14,7 +15,7 @@ stages() {
 }
 
 bad=0
-for optimisation in -O0 -O3; do
+for optimisation in "$@"; do
     found=$(stages "$optimisation")
     if [[ $found ]]; then
         printf 'Compiled again (%s):\n%s\n' "$optimisation" "${found:0:1000}"

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# check_requirements.sh COMPILER INCLUDE EIGEN: a compiler that is too old, C++17, options that change the arithmetic, and
+# check_requirements.sh COMPILER INCLUDE EIGEN HEADER...: a compiler that is too old, C++17, options that change the arithmetic, and
 # a program that does not link what it includes are told so in a few lines, whichever header they meet first; this
 # compiler is not.
 set -euo pipefail
 export LC_ALL=C
 
 compiler=$1 include_dir=$2 eigen=$3
+shift 3
 mistakes=0
 most=10 # lines
 try() { # TEXT HEADER OPTION...: expects TEXT; nothing expected: no complaint
@@ -33,7 +34,7 @@ try '' core/requirements -std=c++20
 # MSVC, as far as its macros go: it defines neither __GNUC__ nor __clang__, and __cplusplus is that of C++98.
 try 'firn does not compile with MSVC, which has no vector types' core/requirements -std=c++20 -D_MSC_VER=1940 \
     -U__GNUC__ -U__clang__ -U__cplusplus -D__cplusplus=199711L
-for header in firn simulation lagrangian core/eigen wgsl/program; do
+for header in "$@"; do
     try 'firn needs C++20: compile with -std=c++20' "$header" -std=c++17
     try 'firn needs g++ 12, clang 16 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
     try 'firn does not compile with -fno-exceptions: its errors are exceptions' "$header" -std=c++20 -fno-exceptions
@@ -75,31 +76,4 @@ if ! echo '#include <hdf5.h>' | "$compiler" -x c++ -fsyntax-only - 2>/dev/null; 
     done
 fi
 
-# What is compiled without optimisation says so once, however many grids and systems it makes.
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cat >"$folder/two_grids.cpp" <<'END'
-#include <firn/data/sparse_grid.hpp>
-#include <firn/lagrangian/particle_system.hpp>
-int main() {
-    const firn::Domain<2> box{{0.0, 0.0}, {1.0, 1.0}, 0.1};
-    for (int i = 0; i < 2; ++i) {
-        firn::SparseGrid<float, 2> grid(box);
-        firn::ParticleSystem<2> system;
-    }
-}
-END
-says() { # TIMES OPTION...
-    local expected=$1 said
-    shift
-    "$compiler" -std=c++20 -pthread -fopenmp-simd -Wno-psabi -w -I"$include_dir" -isystem "$eigen" "$@" \
-        "$folder/two_grids.cpp" -o "$folder/two_grids"
-    said=$("$folder/two_grids" 2>&1 | grep -c 'compiled without optimisation' || true)
-    ((said == expected)) && return
-    echo "compiled with $*, a program says $said times that it is not optimised, expected $expected"
-    mistakes=$((mistakes + 1))
-}
-says 1 -O0
-says 0 -O0 -DFIRN_ALLOW_UNOPTIMISED
-says 0 -O1
 exit $((mistakes > 0))

@@ -1,5 +1,6 @@
 /// \file What a state gathers (a plastic strain, a volume ratio, a dissipated energy) stands while the matter is at
 /// rest, for every material of firn and after every kind of loading.
+#include "support/effort.hpp"
 #include "support/materials.hpp"
 #include <firn/material/dissipating.hpp>
 #include <firn/material/fluid.hpp>
@@ -74,7 +75,9 @@ void check_at_rest(const M& model, double largest_change) {
     const double eps = double(std::numeric_limits<S>::epsilon());
     const auto rest = Mat<S, D>::zero();
     for (const Loading loading : loadings)
-        for (std::uint64_t seed = 0; seed < (loading == Loading::turning ? 20 : 9); seed += 4) {
+        for (std::uint64_t seed = 0; seed < (loading == Loading::turning ? test_support::fewer_if_quick(20u, 5u)
+                                                                         : test_support::fewer_if_quick(9u, 1u));
+             seed += 4) {
             CAPTURE(M::name, D, sizeof(S), int(loading), seed);
             Random random(seed);
             State<M, D> state = initial_state<D>(model);

@@ -1,5 +1,6 @@
 // sanitized: -O1
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/not_finite.hpp"
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
@@ -60,7 +61,7 @@ TEMPLATE_TEST_CASE("exp is within 1.1 ulp of the exact value, from overflow to t
     using T = TestType;
     Random random;
     Worst worst;
-    for (int k = 0; k < 300000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(300000, 60000); ++k) {
         const T wide = T(random.uniform(single<T> ? -105 : -750, single<T> ? 88.72 : 709.78));
         const T small = T(random.uniform(-1, 1) * std::exp(random.uniform(-40, 0)));
         worst.see(firn::exp(wide), std::exp((long double)wide), wide);
@@ -85,7 +86,7 @@ TEMPLATE_TEST_CASE("log is within 0.9 ulp of the exact value, subnormal numbers 
     using T = TestType;
     Random random;
     Worst worst;
-    for (int k = 0; k < 300000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(300000, 60000); ++k) {
         const T any = random.any_positive<T>();
         const T near_one = T(1 + random.uniform(-0.5, 0.5) * std::exp(random.uniform(-30, 0)));
         const T subnormal = T(random.uniform(0, 1) * double(std::numeric_limits<T>::min()));
@@ -111,7 +112,7 @@ TEMPLATE_TEST_CASE("pow is within 1.3 ulp of the exact value wherever the result
     using T = TestType;
     Random random;
     Worst worst;
-    for (int k = 0; k < 300000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(300000, 60000); ++k) {
         const double exponent = random.uniform(single<T> ? -104 : -745, single<T> ? 88.7 : 709.7);
         const T x = random.any_positive<T>();
         const T y = T(exponent / double(std::log((long double)x)));
@@ -153,7 +154,7 @@ TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, tan withi
     const double limit = single<T> ? 1e5 : 1e8;
     Random random;
     Worst sine, cosine, tangent;
-    for (int k = 0; k < 300000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(300000, 60000); ++k) {
         const T wide = T(random.uniform(-limit, limit));
         const T small = T(random.uniform(-1, 1) * std::exp(random.uniform(-30, 3)));
         const T quarters = T(std::floor(random.uniform(0, limit / 1.5708)) * 1.57079632679489661923L);
@@ -195,7 +196,7 @@ TEMPLATE_TEST_CASE("Lanes give what the scalar gives", "", float, double) {
 #endif
     };
     Random random;
-    for (int k = 0; k < 20000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(20000, 4000); ++k) {
         P x(0), y(0);
         for (int i = 0; i < lanes; ++i) {
             const int which = int(random.uniform(0, 24));

@@ -1,4 +1,5 @@
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/math/jacobi.hpp>
 
 #include <cmath>
@@ -12,7 +13,7 @@ TEMPLATE_TEST_CASE("Jacobi: U is a rotation, the values are sorted and their pro
     using T = TestType;
     const T epsilon = std::numeric_limits<T>::epsilon();
     std::mt19937 engine(5);
-    for (int k = 0; k < 20000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(20000, 4000); ++k) {
         Mat<T, 3> F{};
         for (T& entry : F.m) entry = T(double(engine()) * 0x1p-31 - 1);
         const auto f = firn::left_singular(F);

@@ -1,5 +1,6 @@
 /// \file The bounds that matrix_functions.hpp states, against Eigen's singular value decomposition in higher precision.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/core/pack.hpp>
 #include <firn/math/matrix_functions.hpp>
@@ -118,7 +119,7 @@ TEMPLATE_TEST_CASE_SIG("logarithms and exponentials are those of the principal v
                        "[math]", ((class T, int D), T, D), (float, 2), (float, 3), (double, 2), (double, 3)) {
     Random random(1);
     Worst worst;
-    for (int k = 0; k < 10'000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(10'000, 2000); ++k) {
         for (const double spread : {1e-5, 0.02, 0.1, 0.3})
             check<T, D>(cast<T>(random.rotation<D>() * (Mat<double, D>::identity() + random.gaussian<D>() * spread)),
                         random, worst);

@@ -1,6 +1,7 @@
 // sanitized: no
 /// \file The bounds that principal_axes.hpp states, measured against the matrices themselves in higher precision.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/core/pack.hpp>
 #include <firn/math/principal_axes.hpp>
@@ -81,7 +82,7 @@ Mat<T, D> with_values(Random& random, const std::function<double(int)>& value) {
     return narrow<T, D>((A + A.transpose()) / 2);
 }
 
-constexpr int repetitions = 10'000;
+constexpr int repetitions = test_support::fewer_if_quick(10'000, 2000);
 
 TEMPLATE_TEST_CASE_SIG("A = U diag(a) Uᵀ for symmetric matrices with eigenvalues of every kind", "[math]",
                        ((class T, int D), T, D), (float, 2), (float, 3), (double, 2), (double, 3)) {

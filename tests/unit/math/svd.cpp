@@ -1,6 +1,7 @@
 // sanitized: no
 /// \file The bounds that svd.hpp states, measured against the matrices themselves and against Eigen.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/core/pack.hpp>
 #include <firn/math/svd.hpp>
@@ -90,7 +91,7 @@ TEMPLATE_TEST_CASE_SIG("F = U Σ Vᵀ with rotations, for random matrices, half 
                        "[math]", ((class T, int D), T, D), (float, 2), (float, 3), (double, 2), (double, 3)) {
     Random random(1);
     Worst worst;
-    for (int k = 0; k < 20000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_quick(20000, 4000); ++k) {
         const double spread = k % 3 == 0 ? 1 : k % 3 == 1 ? 0.05 : 1e-5;
         const Mat<T, D> F =
             k % 3 == 0 ? cast<T>(random.gaussian<D>()) : cast<T>(random.rotation<D>() + random.gaussian<D>() * spread);
