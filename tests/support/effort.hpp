@@ -32,6 +32,13 @@ constexpr auto fewer_if_plain(auto all, decltype(all) few) { return full ? all :
 /// `few` in the plain test command, `all` with --ci and in every other build.
 constexpr auto fewer_if_quick(auto all, decltype(all) few) { return quick ? few : all; }
 
+/// The precisions of a test that compiles whole simulations: one of them in the plain test command.
+#if defined(FIRN_TEST_QUICK)
+#define FIRN_TEST_PRECISIONS float
+#else
+#define FIRN_TEST_PRECISIONS float, double
+#endif
+
 /// Numbers of threads to compare with one thread.
 inline const std::vector<int> other_threads = quick ? std::vector{3} : std::vector{2, 3, 4, 7};
 

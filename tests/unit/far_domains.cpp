@@ -69,7 +69,8 @@ Seen run(const Vec<double, 3>& corner, const Solid& solid) {
 
 using namespace far_domain_tests;
 
-TEMPLATE_TEST_CASE("a run in map coordinates has the bits of the same run at 0", "[far_domains]", float, double) {
+TEMPLATE_TEST_CASE("a run in map coordinates has the bits of the same run at 0", "[far_domains]",
+                   FIRN_TEST_PRECISIONS) {
     using S = TestType;
     const Vec<double, 3> none{}, far{500'000, 4'600'000, -1024};  // double has all positions exactly
     const auto solid = [](const Vec<double, 3>& corner) {
@@ -89,7 +90,7 @@ TEMPLATE_TEST_CASE("a run in map coordinates has the bits of the same run at 0",
     }
 }
 
-TEMPLATE_TEST_CASE("a mesh in map coordinates is where it is", "[far_domains]", float, double) {
+TEMPLATE_TEST_CASE("a mesh in map coordinates is where it is", "[far_domains]", FIRN_TEST_PRECISIONS) {
     using S = TestType;
     const auto rock = [](const Vec<double, 3>& corner) {
         return Collider<DistanceGrid<S, 3>>{

@@ -240,7 +240,7 @@ TEST_CASE("Bodies that cannot be simulated are refused, and nothing is added") {
     REQUIRE_THROWS_AS(simulation.step(), particle_error);
 }
 
-TEST_CASE("The three executions agree on a collision") {
+TEST_CASE("The three executions agree on a collision", "[slow]") {
     const auto run = [](auto execution) {
         Simulation<3, FixedCorotated<double>, Apic, MlsForce, QuadraticBSpline, decltype(execution)> simulation(
             unit_box<3>(1.0 / 16), FixedCorotated<double>::from_young_poisson(1e5, 0.3), execution);

@@ -298,7 +298,7 @@ TEST_CASE("The number of threads is the one asked for, or what is on offer", "[c
     });
 }
 
-TEST_CASE("Threads without work sleep", "[core][parallel]") {
+TEST_CASE("Threads without work sleep", "[core][parallel][slow]") {
     // Spinning threads would take as much CPU time as the wall time that passes, each. A quarter of it is far more than
     // a few microseconds of looking, and far less than one spinning thread takes even on a machine twice overcommitted.
     const auto taken_by = [](const auto& body) {
