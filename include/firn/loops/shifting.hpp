@@ -210,25 +210,30 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
     return std::find(strays.begin(), strays.end(), 1) != strays.end();
 }
 
-}  // namespace detail
-
-/// Finds the present volumes V0 J of the particles of set k, for shift_particles().
-template <class Material, class Execution, std::floating_point S, class View>
-void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,
-                          const ParticleSet<View>& set) {
+/// Does the work of find_present_volumes().
+template <class Material, std::floating_point S, class View>
+void note_present_volumes(int threads, FilterMemory<S>& memory, std::size_t k, const ParticleSet<View>& set) {
     using P = native_pack<S>;
     using State = material_state_t<with_scalar_t<Material, P>, View::dimension>;
-    const int threads = thread_count(requested_threads(execution));
     if (memory.present.size() <= k) memory.present.resize(k + 1);
     parallel_region(threads, [&] {
-        const auto volumes = detail::numbers_like(set.view, memory.present[k], set.partition.slots(), threads);
-        detail::for_registers(set, threads, [&](const Slots& slots) {
+        const auto volumes = numbers_like(set.view, memory.present[k], set.partition.slots(), threads);
+        for_registers(set, threads, [&](const Slots& slots) {
             P volume = set.view.volume.template load_or_zero<P>(slots, 0);
             if constexpr (has_volume<State>) volume = present_volume(load_state<State>(set.view.state, slots), volume);
             const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
             volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
         });
     });
+}
+
+}  // namespace detail
+
+/// Finds the present volumes V0 J of the particles of set k, for shift_particles().
+template <class Material, class Execution, std::floating_point S, class View>
+void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,
+                          const ParticleSet<View>& set) {
+    detail::note_present_volumes<Material>(detail::threads_of(execution), memory, k, set);
 }
 
 /// Moves particles off overfull nodes. Velocities, affine fields and states stay. The numbers of the nodes are
@@ -245,7 +250,7 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Bou
 std::vector<bool> shift_particles(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory,
                                   const Boundary& boundary, S share, const Copies& copies,
                                   const std::vector<bool>& moves, ParticleSets<View> sets) {
-    const int threads = thread_count(requested_threads(execution));
+    const int threads = detail::threads_of(execution);
     std::vector<bool> strays(sets.size());
     parallel_region(threads, [&] {
         std::vector<ParticleSet<detail::VolumeView<View>>> all;

@@ -65,13 +65,6 @@ void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, co
 template <class Transfer>
 using NoForceFor = std::conditional_t<Transfer::affine, NoForce, NoForceNoField>;
 
-/// Divides the momenta of the nodes by their masses. Mirrored walls act without friction.
-template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
-void velocities_of_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors) {
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
-    mirror_nodes(execution, grid, mirrors, false);
-}
-
 /// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
 /// and `index` is the index of the first of these values among the values of all nodes.
 template <std::floating_point S, int D, class F>
@@ -201,11 +194,11 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
         view.velocity = vectors_like(view, memory.velocities[with_memory.size()], set.partition.slots(), threads);
         with_memory.push_back({view, set.partition});
     }
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
+    divide_by_masses(threads, grid);  // the nodes then hold v_1
     const bool is_mirrored = !mirrors.planes.empty();
     if (is_mirrored) {
         keep_in_layer(grid, layer::first_before_walls, threads);  // v_1 before walls act
-        mirror_nodes(execution, grid, mirrors, false);
+        mirror_without_friction(threads, grid, mirrors);
     }
     keep_in_layer(grid, layer::first_of_series, threads);
     for (int j = 1; j < transfer.order; ++j) {
@@ -214,7 +207,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             there_and_back_by_groups<Kernel, Transfer>(grid, threads, ParticleSets<View>(with_memory));
         else
             there_and_back<Kernel, Transfer>(execution, grid, threads, ParticleSets<View>(with_memory));
-        velocities_of_momenta(execution, grid, mirrors);
+        velocities_of_momenta(threads, grid, mirrors);
         const S *const first = grid.layer(layer::first_of_series), *const last = grid.layer(layer::last_of_series);
         const bool is_last = j + 1 == transfer.order;
         for_nodes(grid, threads, [&](S* node, std::size_t i) {
@@ -247,11 +240,11 @@ template <class Kernel, class Transfer, class Execution, std::floating_point S, 
           class View>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, ParticleSets<View> sets) {
     if constexpr (blends_velocities<Transfer>) {
-        const int workers = thread_count(requested_threads(execution));
-        parallel_region(workers, [&] {
+        const int threads = detail::threads_of(execution);
+        parallel_region(threads, [&] {
             p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets);
-            detail::velocities_of_momenta(execution, grid, mirrors);
-            grid.exchange(layer::before_forces, workers);
+            detail::velocities_of_momenta(threads, grid, mirrors);
+            grid.exchange(layer::before_forces, threads);
         });
     }
 }
@@ -281,7 +274,7 @@ void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfe
     if constexpr (refines_velocities<Transfer>) {
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
-        const int threads = thread_count(requested_threads(execution));
+        const int threads = detail::threads_of(execution);
         parallel_region(threads, [&] {
             detail::refine_momenta<Kernel>(execution, grid, transfer, memory, mirrors, threads, sets);
         });

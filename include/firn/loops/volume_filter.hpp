@@ -38,7 +38,7 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
     std::swap(grid.last_scale, scale);
     p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets);
     std::swap(grid.last_scale, scale);
-    mirror_rates(execution, grid, mirrors);
+    mirror_rates(threads, grid, mirrors);
     for_nodes(grid, threads, [](S* node, std::size_t) {
         native_pack<S> r[4];
         load_quads(node, r);
@@ -87,7 +87,7 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
     using State = material_state_t<Lifted, D>;
     if constexpr (has_volume<State>) {
         const auto lifted = lift<P>(material);
-        const int threads = thread_count(requested_threads(execution));
+        const int threads = detail::threads_of(execution);
         memory.scales.resize(sets.size());
         parallel_region(threads, [&] {
             const auto numbers = [&](aligned_vector<S>& of) {

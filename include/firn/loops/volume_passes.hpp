@@ -85,9 +85,8 @@ void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, in
 
 /// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the
 /// rate of volume change has the same sign on both sides of a wall.
-template <class Execution, std::floating_point S, int D>
-void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
-    const int threads = thread_count(requested_threads(execution));
+template <std::floating_point S, int D>
+void mirror_rates(int threads, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
     using P = native_pack<S>;
     for (const MirrorPlane& plane : mirrors.planes)
         parallel_for(
@@ -101,6 +100,19 @@ void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                 });
             },
             64);
+}
+
+/// Does the work of restore_masses().
+template <class Transfer, std::floating_point S, int D>
+void put_back_masses(int threads, SparseGrid<S, D>& grid) {
+    using P = native_pack<S>;
+    for_nodes(grid, threads, [kept = grid.layer(layer::of_volumes<Transfer>)](S* node, std::size_t index) {
+        P r[4], of_kept[4];
+        load_quads(node, r);
+        load_quads(kept + index, of_kept);
+        r[node_mass] = of_kept[0];
+        store_quads(r, node);
+    });
 }
 
 }  // namespace detail
@@ -149,7 +161,7 @@ template <class Kernel, class Transfer, class Force, class Execution, std::float
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
                     std::size_t k, ParticleSets<View> sets) {
     constexpr std::size_t of_volumes = layer::of_volumes<Transfer>;
-    const int threads = thread_count(requested_threads(execution));
+    const int threads = detail::threads_of(execution);
     memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
         const auto rate = detail::numbers_like(sets[k].view, memory.rates, sets[k].partition.slots(), threads);
@@ -162,7 +174,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
         p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
                                                                   ParticleSets<detail::RateView<View>>(all));
         std::swap(grid.last_scale, memory.scales[k]);
-        detail::mirror_rates(execution, grid, mirrors);
+        detail::mirror_rates(threads, grid, mirrors);
         grid.exchange(of_volumes, threads);
         using P = native_pack<S>;
         detail::for_nodes(grid, threads, [sums = grid.layer(of_volumes)](S* node, std::size_t index) {
@@ -189,15 +201,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
 /// Puts the masses back into the nodes, after average_volume() and G2P.
 template <class Transfer, class Execution, std::floating_point S, int D>
 void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
-    const int threads = thread_count(requested_threads(execution));
-    using P = native_pack<S>;
-    detail::for_nodes(grid, threads, [kept = grid.layer(layer::of_volumes<Transfer>)](S* node, std::size_t index) {
-        P r[4], of_kept[4];
-        load_quads(node, r);
-        load_quads(kept + index, of_kept);
-        r[node_mass] = of_kept[0];
-        store_quads(r, node);
-    });
+    detail::put_back_masses<Transfer>(detail::threads_of(execution), grid);
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -51,7 +51,7 @@ template <class Execution, class Transfer = Apic, class Material>
 void goes_on_with(const Material& material) {
     goes_on<Material, Execution, Transfer>(material);
 #ifdef FIRN_TEST_ALL
-    goes_on<Material, Serial, Transfer>(material);
+    goes_on<Material, detail::Serial, Transfer>(material);
     goes_on<Material, Coloured, Transfer>(material);
     goes_on<Material, FixedPoint<std::int32_t>, Transfer>(material);
     goes_on<Material, FixedPoint<std::int64_t>, Transfer>(material);
