@@ -149,7 +149,6 @@ template <class Kernel, class View, class Boundary, std::floating_point S, int D
 bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room,
                const Boundary& boundary, S share, int threads) {
     using P = native_pack<S>;
-    constexpr int lanes = scalar_traits<P>::lanes;
     constexpr bool solid = may_have_solids<Boundary, S, D>;
     const Positions<View> positions(grid.domain());
     const Vec<P, D> lower = cast<P>(room.lower()), upper = cast<P>(room.upper());
@@ -158,9 +157,6 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
             const BlockGroup& group = set.partition.groups[g];
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
-            PackPlaces<Kernel, true, S, D> pack;
-            PackSums<Kernel, false, true, S, D> gathered;
             bool near = false;
             if constexpr (solid) {
                 Vec<double, D> low{}, high{};
@@ -172,34 +168,30 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
                 near = solids.are_near(low, high);
             }
             mask_t<P> stray = P(1) < P(0);
-            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-                nodes.locate(pack, places, slot);
-                nodes.template gather<0>(pack, gathered);
-                for (std::size_t at = slot; at < slot + pack_size; at += lanes) {
-                    const auto of = gathered.lanes(int(at - slot));
-                    ShiftSums<P, D> sums{of.velocity.v[0], of.velocity.v[1], {}, {}};
-                    unroll<D>([&](auto a) FIRN_LAMBDA {
-                        sums.excess_gradient.v[a] = of.gradient(0, a);
-                        sums.room_gradient.v[a] = of.gradient(1, a);
-                    });
-                    const auto crowded = sums.excess > P(S(0));
-                    if (!any(crowded)) continue;
-                    const Slots slots = places.slots(at);
-                    const Vec<P, D> block = places.blocks().template lower<P>(at),
-                                    place = places.template position<P>(at), x = block + place;
-                    Vec<P, D> way = kept_in_box(shift_of(sums, P(share)), x, lower, upper);
-                    if constexpr (solid)
-                        if (near) way = kept_out_of(solids, x, way);
-                    const Vec<P, D> before = load_vector<P, D>(set.view.position, slots);
-                    const Vec<P, D> after =
-                        moved_by(way, P(positions.cell()), before, positions.lowest(block), positions.highest(block))
-                            .position;
-                    const auto real = set.view.mass.template load_or_zero<P>(slots, 0) > P(S(0));
-                    const Vec<P, D> position = select(real & crowded, after, before);
-                    unroll<D>([&](auto a) FIRN_LAMBDA { set.view.position.store(slots, a, position.v[a]); });
-                    stray = stray | (real & firn::strays<Kernel>(positions.in_block(position, block)));
-                }
-            }
+            const auto shift_some = [&](std::size_t at, const auto& of, const auto&) FIRN_LAMBDA {
+                ShiftSums<P, D> sums{of.velocity.v[0], of.velocity.v[1], {}, {}};
+                unroll<D>([&](auto a) FIRN_LAMBDA {
+                    sums.excess_gradient.v[a] = of.gradient(0, a);
+                    sums.room_gradient.v[a] = of.gradient(1, a);
+                });
+                const auto crowded = sums.excess > P(S(0));
+                if (!any(crowded)) return;
+                const Slots slots = places.slots(at);
+                const Vec<P, D> block = places.blocks().template lower<P>(at), place = places.template position<P>(at),
+                                x = block + place;
+                Vec<P, D> way = kept_in_box(shift_of(sums, P(share)), x, lower, upper);
+                if constexpr (solid)
+                    if (near) way = kept_out_of(solids, x, way);
+                const Vec<P, D> before = load_vector<P, D>(set.view.position, slots);
+                const Vec<P, D> after =
+                    moved_by(way, P(positions.cell()), before, positions.lowest(block), positions.highest(block))
+                        .position;
+                const auto real = set.view.mass.template load_or_zero<P>(slots, 0) > P(S(0));
+                const Vec<P, D> position = select(real & crowded, after, before);
+                unroll<D>([&](auto a) FIRN_LAMBDA { set.view.position.store(slots, a, position.v[a]); });
+                stray = stray | (real & firn::strays<Kernel>(positions.in_block(position, block)));
+            };
+            gather_to_group<Kernel, false, true>(set.partition, group, places, grid, 0, shift_some);
             strays[g] = any(stray);
         });
     };

@@ -47,18 +47,11 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
 template <class Kernel, class View, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, const GroupPlaces<View>& places,
                        const SparseGrid<S, D>& grid) {
-    NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer::last_of_series);
-    PackPlaces<Kernel, false, S, D> pack;
-    PackSums<Kernel, false, false, S, D> sums;
-    using P = native_pack<S>;
-    for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-        nodes.locate(pack, places, slot);
-        nodes.template gather<0>(pack, sums);
-        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-            const Vec<P, D> v = sums.lanes(lane).velocity;
-            unroll<D>([&](auto a) { set.view.velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
-        }
-    }
+    gather_to_group<Kernel, false, false>(
+        set.partition, group, places, grid, layer::last_of_series,
+        [&](std::size_t slot, const auto& sums, const auto&) FIRN_LAMBDA {
+            unroll<D>([&](auto a) FIRN_LAMBDA { set.view.velocity.store(places.slots(slot), a, sums.velocity.v[a]); });
+        });
 }
 
 /// The force form of scattering velocities without forces.

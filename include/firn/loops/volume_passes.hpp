@@ -63,24 +63,12 @@ auto numbers_like(const View&, aligned_vector<typename View::scalar_type>& memor
 /// updates F.
 template <class Kernel, class Transfer, class Force, class View, class Field, std::floating_point S, int D>
 void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& rate) {
-    const Positions<View> positions(grid.domain());
-    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
-        const BlockGroup& group = set.partition.groups[g];
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
-        PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
-        TransferSums<Kernel, Transfer, Force, S, D> sums;
-        using P = native_pack<S>;
-        const P h(S(grid.domain().cell_size));
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-            nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums);
-            for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-                const auto taken = take_from_grid<Kernel, Transfer, Force>(sums.lanes(lane), pack.offset(lane), h);
-                rate.store(places.slots(slot + std::size_t(lane)), 0, trace(taken.velocity_gradient));
-            }
-        }
-    });
+    const native_pack<S> h(S(grid.domain().cell_size));
+    constexpr bool moments = g2p_needs_moment<Kernel, Transfer, Force>;
+    gather_to_set<Kernel, moments, g2p_needs_gradient<Kernel, Transfer, Force>>(
+        set, grid, threads, [&](const Slots& slots, const auto& sums, const auto& offset) FIRN_LAMBDA {
+            rate.store(slots, 0, trace(take_from_grid<Kernel, Transfer, Force>(sums, offset, h).velocity_gradient));
+        });
 }
 
 /// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the

@@ -21,7 +21,7 @@ void goes_on(const Material& material) {
                            Walls<material_scalar_t<Material>, 2>, Volume>;
     const auto made = [&](int threads) {
         Execution execution{};
-        if constexpr (requires { execution.threads; }) execution.threads = threads;
+        if constexpr (!std::same_as<Execution, detail::Serial>) execution.threads = threads;
         return Run({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, material, execution);
     };
     constexpr double spacing = 1.0 / 32;
