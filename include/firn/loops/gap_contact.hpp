@@ -154,7 +154,8 @@ void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory
         if (at_node.size() == 0) continue;
         const double gap = Separator<Kernel, D>::depth(at_node, normal);  // [cells]
         if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
-        closing[c] = holds(plane.contact) && gap <= boundary_reach ? S(-1) : S(closing_speed(gap * cell_size, dt));
+        closing[c] =
+            holds(plane.contact) && gap <= boundary_reach ? S(held_by_wall) : S(closing_speed(gap * cell_size, dt));
     }
 }
 

@@ -182,7 +182,7 @@ void mirror_nodes(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, co
                         P speed;
                         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
                             speed.set(l, closing[c + quad_of_lane<P>(l)]);  // the order of load_quads()
-                        if (!with_friction) speed = select(speed < P(S(0)), speed, P(S(never_closing)));
+                        if (!with_friction) speed = select(is_held(speed), speed, P(S(never_closing)));
                         return mirrored_by_gap(column, plane.axis, plane.inward, plane.contact, friction, weights,
                                                speed);
                     });
