@@ -390,12 +390,11 @@ private:
     }
     template <class Acceleration>
     double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {
-        Reactions<D>* const to = acts_by_gap<Boundary> || !reactions ? nullptr : &*reactions;
         if constexpr (acts_by_gap<Boundary>)
-            return detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{}, to);
+            return detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{});
         else if constexpr (boundary_fits)
             return detail::update_grid_and_mirrors(now.threads, now.ranks, grid_, now.dt, acceleration, boundary,
-                                                   now.mirrors, to);
+                                                   now.mirrors, reactions ? &*reactions : nullptr);
         return 0;
     }
 

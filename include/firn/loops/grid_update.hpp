@@ -121,7 +121,7 @@ void refuse_mirrors(const Boundary& boundary) {
 /// \return  the largest acceleration [m/s²] of a field at a node with matter, as far as it is finite; 0 for a vector
 template <std::floating_point S, int D, class Acceleration, class Boundary>
 double update_grid(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, double dt,
-                   const Acceleration& acceleration, const Boundary& boundary, Reactions<D>* reactions) {
+                   const Acceleration& acceleration, const Boundary& boundary, Reactions<D>* reactions = nullptr) {
     check_step(dt);
     const Domain<D>& domain = grid.domain();
     const double h = domain.cell_size;
@@ -192,8 +192,7 @@ double update_grid_and_mirrors(int threads, const RankSums& ranks, SparseGrid<S,
 /// Divides the momenta of the nodes by their masses.
 template <std::floating_point S, int D>
 void divide_by_masses(int threads, SparseGrid<S, D>& grid) {
-    Reactions<D>* const none = nullptr;
-    update_grid(threads, one_rank<S, D>(), grid, 0.0, Vec<S, D>::zero(), NoBoundary{}, none);
+    update_grid(threads, one_rank<S, D>(), grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
 }
 
 /// Divides the momenta of the nodes by their masses. Mirrored walls act without friction.
@@ -223,8 +222,7 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
                   detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         detail::refuse_mirrors(boundary);
         return detail::update_grid(detail::threads_of(execution), detail::all_ranks<S, D>(execution), grid, dt,
-                                   detail::own_acceleration<D>(acceleration), boundary,
-                                   static_cast<Reactions<D>*>(nullptr));
+                                   detail::own_acceleration<D>(acceleration), boundary);
     }
     return 0;
 }

@@ -137,7 +137,7 @@ template <std::floating_point S, int D>
 /// \param reactions      impulses of the walls on matter are added to it; nullptr if they are not wanted
 template <std::floating_point S, int D, std::derived_from<Mirrors> M>
 void mirror_nodes(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, const M& mirrors, bool with_friction,
-                  Reactions<D>* reactions) {
+                  Reactions<D>* reactions = nullptr) {
     if (mirrors.planes.empty()) return;
     using P = native_pack<S>;
     const SurfaceWeights<P> weights{P(S(mirrors.weights.on)), P(S(mirrors.weights.beside))};
@@ -205,8 +205,7 @@ void mirror_nodes(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, co
 /// Lets mirrored walls act on the nodes beside them, in passes before forces act. \see mirror_nodes
 template <std::floating_point S, int D, std::derived_from<Mirrors> M>
 void mirror_without_friction(int threads, SparseGrid<S, D>& grid, const M& mirrors) {
-    Reactions<D>* const none = nullptr;
-    mirror_nodes(threads, one_rank<S, D>(), grid, mirrors, false, none);
+    mirror_nodes(threads, one_rank<S, D>(), grid, mirrors, false);
 }
 
 }  // namespace detail
