@@ -29,7 +29,7 @@ const bool registered = [] {
         const auto scene = scenes::two_cubes<3>();
         scenes::time_steps(state, scene.steps, 2 * scene.size(), [] { return std::make_unique<Apart>(); });
     })->Unit(benchmark::kMillisecond);
-    add(firn::Serial{}, 1, scenes::all_of_two_cubes);
+    add(firn::detail::Serial{}, 1, scenes::all_of_two_cubes);
     for (const int threads : {1, 2}) {
         add(firn::FixedPoint<std::int32_t>{threads}, threads);
         add(firn::FixedPoint<std::int64_t>{threads}, threads);

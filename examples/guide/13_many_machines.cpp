@@ -198,7 +198,6 @@ int main(int argc, char** argv) {
     //! ## What is refused
     //!
     //! - nets and other forces between particles; a firn::ParticleSystem runs on one rank
-    //! - firn::Serial, which has no order of sums that ranks could keep. firn::FixedPoint runs.
     //! - programs for a GPU, and WebAssembly
     //!
     //! `examples/18_many_machines.cpp` is a whole program, with options and pictures.

@@ -51,7 +51,7 @@ namespace firn::inline FIRN_BUILD {
 /// \tparam Transfer   how velocities are transferred to the grid and back: Apic, Pic, Flip, …
 /// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
 /// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline, CompactQuartic or Linear
-/// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
+/// \tparam Execution  how P2G sums the contributions to a node: Coloured or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 /// \tparam Volume     the volumetric policy: OwnVolume, FBar against locking, or VolumeFilter for a quiet pressure
 /// \tparam Law        the contact law between groups of bodies: CoulombContact, or OneField without groups
@@ -331,8 +331,8 @@ private:
         warnings_.of_spacing(samples, this->domain(), warn, this->speaks_);
     }
 
-    auto ranks() const { return detail::RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution)); }
-    int workers() const { return thread_count(requested_threads(execution)); }
+    auto ranks() const { return detail::all_ranks<S, D>(execution); }
+    int workers() const { return detail::threads_of(execution); }
 
     /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
     /// last step is shortened to end at `end`.
@@ -391,10 +391,10 @@ private:
     template <class Acceleration>
     double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {
         if constexpr (acts_by_gap<Boundary>)
-            return grid_update(execution, grid_, now.dt, acceleration, NoBoundary{});
+            return detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{});
         else if constexpr (boundary_fits)
-            return grid_update(execution, grid_, now.dt, acceleration, boundary, now.mirrors,
-                               reactions ? &*reactions : nullptr);
+            return detail::update_grid_and_mirrors(now.threads, now.ranks, grid_, now.dt, acceleration, boundary,
+                                                   now.mirrors, reactions ? &*reactions : nullptr);
         return 0;
     }
 

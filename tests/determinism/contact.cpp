@@ -76,7 +76,7 @@ void check_order(const Simulation& made) {
 
 TEST_CASE("Contact in 3D, APIC: the same bits for 1, 2, 3, 4 and 7 threads") { check_threads<3, Coloured>(false); }
 TEST_CASE("Contact on one thread, across a periodic end: the same bits wherever particles lie in memory") {
-    check_order(empty<2>(Serial{}, true));
+    check_order(empty<2>(detail::Serial{}, true));
 }
 
 #ifdef FIRN_TEST_ALL

@@ -132,7 +132,7 @@ TEST_CASE("By the gap in 2D, fixed point, FMPM, F-bar: the same bits for 1, 2, 3
     check_threads<2, FixedPoint<std::int32_t>>(false, NodesBehind::mirrored, Fmpm{}, FBar{}, WeightGradientForce{});
 }
 TEST_CASE("By the gap, without groups, in other executions: the same bits wherever particles lie in memory") {
-    check_order(empty<2>(Serial{}, true, NodesBehind::held));
+    check_order(empty<2>(detail::Serial{}, true, NodesBehind::held));
     check_order(empty<3>(ColouredFixedPoint<std::int32_t>{2}, false, NodesBehind::mirrored));
 }
 TEST_CASE("By the gap, bodies of two materials: the same bits for 1, 3 and 7 threads") { check_two_materials(); }

@@ -91,7 +91,8 @@ TEST_CASE("The same bits wherever particles of several materials lie in memory, 
     using Stiff = FixedCorotated<float>;
     using Soft = NeoHookean<float>;
     const Materials<Stiff, Soft> materials{Stiff::from_young_poisson(1e5, 0.3), Soft::from_young_poisson(1e4, 0.3)};
-    Simulation<2, Materials<Stiff, Soft>, Apic, MlsForce, QuadraticBSpline, Serial> simulation(domain, materials);
+    Simulation<2, Materials<Stiff, Soft>, Apic, MlsForce, QuadraticBSpline, detail::Serial> simulation(domain,
+                                                                                                       materials);
     add_mixture<0>(simulation);
     check_order<1>(simulation);
 }

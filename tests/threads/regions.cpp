@@ -118,7 +118,7 @@ TEST_CASE("A step on one thread opens no region") {
               simulation.advance(5 * dt);
               state_of(simulation);
           }) == 0);
-    Simulation<3, FixedCorotated<float>, Apic, MlsForce, QuadraticBSpline, Serial> serial(unit_box, jelly);
+    Simulation<3, FixedCorotated<float>, Apic, MlsForce, QuadraticBSpline, detail::Serial> serial(unit_box, jelly);
     CHECK(regions([&] {
               add_cube(serial);
               serial.step();

@@ -108,7 +108,7 @@ TEST_CASE("Policies are named in any order, and what is not named is the default
     // The default walls are those of the domain, none across a periodic axis; given ones are taken.
     Domain<2> tube = box;
     tube.periodic[0] = true;
-    const Simulation threads_alone(tube, Jelly{}, Serial{});
+    const Simulation threads_alone(tube, Jelly{}, detail::Serial{});
     CHECK(threads_alone.boundary.at_lower[0].contact == Contact::none);
     CHECK(threads_alone.boundary.at_lower[1].contact == Contact::separate);
     CHECK(Simulation(tube, jelly, walls).boundary.at_lower[0].contact == Contact::slip);

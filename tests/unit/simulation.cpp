@@ -253,7 +253,7 @@ TEST_CASE("The three executions agree on a collision", "[slow]") {
         });
         return positions;
     };
-    const auto serial = run(Serial{}), coloured = run(Coloured{2}), fixed = run(FixedPoint<std::int32_t>{2}),
+    const auto serial = run(detail::Serial{}), coloured = run(Coloured{2}), fixed = run(FixedPoint<std::int32_t>{2}),
                wide = run(FixedPoint<std::int64_t>{2});
     double of_coloured = 0, of_fixed = 0, of_wide = 0;
     for (std::size_t p = 0; p < serial.size(); ++p) {

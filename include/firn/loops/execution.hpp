@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/exact_sum.hpp>
+#include <firn/core/parallel.hpp>
 
 #include <concepts>
 #include <cstddef>
@@ -14,11 +15,6 @@
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
-
-/// Execution of P2G by one thread, which adds the contributions of one particle after the other to the grid.
-struct Serial {
-    static constexpr const char* name = "serial";
-};
 
 /// Execution of P2G by several threads, without atomics. Each block has a colour, such that no two blocks of the same
 /// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all
@@ -58,9 +54,18 @@ struct FixedPoint {
 template <class Integer = std::int32_t>
 using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
-/// Satisfied by execution policies of P2G: Serial, and any type with a member `threads` (the number of threads).
+namespace detail {
+/// Execution of P2G by one thread, which adds the contributions of one particle after the other to the grid, in their
+/// order in memory. It is the reference of tests and benchmarks; programs take Coloured{1}.
+struct Serial {
+    static constexpr const char* name = "serial";
+    static constexpr int threads = 1;
+};
+}  // namespace detail
+
+/// Satisfied by execution policies of P2G: any type with a member `threads` (the number of threads).
 template <class E>
-concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
+concept execution_policy = requires(const E e) {
     { e.threads } -> std::convertible_to<int>;
 };
 
@@ -152,12 +157,18 @@ template <class Execution>
 inline constexpr bool has_one_rank =
     std::same_as<std::remove_cvref_t<decltype(ranks_of(std::declval<const Execution&>()))>, OneRank>;
 
-/// Returns 1: Serial uses one thread.
-inline int requested_threads(const Serial&) { return 1; }
 /// Returns the number of threads that an execution policy asks for; 0 if thread_count() is to choose it.
 template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;
 }
+
+namespace detail {
+/// Returns the number of threads that an execution policy uses.
+template <class Execution>
+int threads_of(const Execution& execution) {
+    return thread_count(requested_threads(execution));
+}
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -215,11 +215,10 @@ private:
 
 /// Does the work of g2p(), but does not throw a particle_error: if a particle has a value that is not finite or has
 /// left the domain, it returns a report with `right` = false.
-template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Execution, class Material,
-          std::floating_point S, int D, class Field, class State>
-PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-                    const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material,
-                    double dt, const Transfer& transfer) {
+template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Material, std::floating_point S,
+          int D, class Field, class State>
+PassReport g2p_pass(int threads, const ParticleView<S, D, Field, State>& view, const BlockPartition<D>& partition,
+                    const SparseGrid<S, D>& grid, const Material& material, double dt, const Transfer& transfer) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     if constexpr (requires { transfer.check(); }) transfer.check();
     grid.require_active(partition);
@@ -227,7 +226,6 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");
-    const int threads = thread_count(requested_threads(execution));
     const GroupUpdate<Kernel, Transfer, Force, Volume, Material, ParticleView<S, D, Field, State>> update(
         view, partition, grid, material, dt, transfer);
     std::vector<G2PThreadReport> reports{std::size_t(threads)};
@@ -258,14 +256,13 @@ FIRN_INLINE P sum_of_state(const State& state) {
 
 /// Does the work of update_stress(), but does not throw a particle_error: if a particle has a value that is not finite,
 /// it returns a report with `right` = false.
-template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
-PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+template <class Material, std::floating_point S, int D, class Field, class State>
+PassReport update_stress_pass(int threads, const ParticleView<S, D, Field, State>& view,
                               const BlockPartition<D>& partition, const Material& material, double cell_size) {
     using P = native_pack<S>;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
     const auto lifted = lift<P>(material);
     const std::size_t packs = partition.slots() / pack_size;
-    const int threads = thread_count(requested_threads(execution));
     aligned_vector<double> speeds;
     aligned_vector<std::uint8_t> right;
     renew(speeds, packs, threads);
@@ -331,8 +328,8 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
         if constexpr (detail::require_same_precision<Material, S>()) {
             check_material<D>(material);
             detail::check_step(dt);
-            const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(execution, view, partition, grid,
-                                                                                material, dt, transfer);
+            const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
+                detail::threads_of(execution), view, partition, grid, material, dt, transfer);
             if (pass.right) return pass.report;
             detail::throw_wrong(detail::wrong_particles(partition.particles,
                                                         [&](auto& reader) {
@@ -359,7 +356,7 @@ template <class Execution, class Material, std::floating_point S, int D, class F
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {
     check_material<D>(material);
-    const auto pass = detail::update_stress_pass(execution, view, partition, material, cell_size);
+    const auto pass = detail::update_stress_pass(detail::threads_of(execution), view, partition, material, cell_size);
     if (!pass.right)
         detail::throw_wrong(detail::wrong_particles(partition.particles,
                                                     [&](auto& reader) {

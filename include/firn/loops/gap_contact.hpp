@@ -154,35 +154,28 @@ void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory
         if (at_node.size() == 0) continue;
         const double gap = Separator<Kernel, D>::depth(at_node, normal);  // [cells]
         if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
-        closing[c] = holds(plane.contact) && gap <= boundary_reach ? S(-1) : S(closing_speed(gap * cell_size, dt));
+        closing[c] =
+            holds(plane.contact) && gap <= boundary_reach ? S(held_by_wall) : S(closing_speed(gap * cell_size, dt));
     }
 }
 
-}  // namespace detail
-
-/// Returns the mirrored walls of a boundary that acts by the gap of particles, with the speeds at which matter may
-/// approach them in this step.
-/// \param dt      time step [s]
-/// \param memory  pass the same object in every step
-/// \param sets    all sets on the grid
-/// \throws parameter_error  in the cases of mirrors_of(), or if `dt` is not valid
-template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
-MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D>& grid,
-                               const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, S, D>& memory,
-                               ParticleSets<View> sets) {
-    detail::check_step(dt);
+/// Does the work of mirrors_by_gap().
+template <class Kernel, class Ranks, std::floating_point S, int D, class Boundary, class View>
+MirrorsByGap<S> find_mirrors(int threads, const Ranks& ranks, const SparseGrid<S, D>& grid,
+                             const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, S, D>& memory,
+                             ParticleSets<View> sets) {
+    check_step(dt);
     MirrorsByGap<S> mirrors{mirrors_of<Kernel>(boundary, grid.domain())};
     if (mirrors.planes.empty()) return mirrors;
-    constexpr int padded = detail::BlockColumns<S, D>::padded;
-    const int threads = thread_count(requested_threads(execution));
-    const std::vector<const BlockPartition<D>*> partitions = detail::partitions_of(sets);
+    constexpr int padded = BlockColumns<S, D>::padded;
+    const std::vector<const BlockPartition<D>*> partitions = partitions_of(sets);
     const auto has_plane = [&](const MirrorPlane& plane, std::size_t b) {
         return grid.block_along(b, plane.axis) == plane.node >> 2;
     };
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     memory.find_places(grid, partitions, threads, [&](std::size_t b) {
-        return detail::reaches_block(here, grid, b) || std::any_of(mirrors.planes.begin(), mirrors.planes.end(),
-                                                                   [&](const auto& of) { return has_plane(of, b); });
+        return reaches_block(here, grid, b) || std::any_of(mirrors.planes.begin(), mirrors.planes.end(),
+                                                           [&](const auto& of) { return has_plane(of, b); });
     });
     mirrors.blocks = grid.block_count();
     mirrors.first.assign(mirrors.planes.size() * mirrors.blocks, MirrorsByGap<S>::no_columns);
@@ -208,17 +201,72 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
             parallel_for(memory.places().size(), threads, of_place, 16);
         };
         for_columns([&](const auto& place, std::size_t p, std::size_t) {
-            memory.near().mark_around(place.near, detail::BoxMasks<D>::along(axis, 1u << (mirrors.planes[p].node & 3)));
+            memory.near().mark_around(place.near, BoxMasks<D>::along(axis, 1u << (mirrors.planes[p].node & 3)));
         });
-        memory.near().find(
-            grid.domain(), others, threads, [&](auto& near) { ranks_of(execution).bring_near(near); }, sets);
+        memory.near().find(grid.domain(), others, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
         for_columns([&](const auto& place, std::size_t p, std::size_t thread) {
-            detail::find_closing(memory.near(), place, mirrors.planes[p], grid.domain().cell_size, dt,
-                                 memory.of_threads[thread],
-                                 mirrors.closing.data() + mirrors.first[p * mirrors.blocks + place.block]);
+            find_closing(memory.near(), place, mirrors.planes[p], grid.domain().cell_size, dt,
+                         memory.of_threads[thread],
+                         mirrors.closing.data() + mirrors.first[p * mirrors.blocks + place.block]);
         });
     }
     return mirrors;
+}
+
+/// Does the work of act_by_gap().
+template <class Kernel, class Ranks, std::floating_point S, int D, class Boundary, class View>
+void let_boundary_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary,
+                      double dt, const MirrorsByGap<S>& mirrors, GapMemory<Kernel, S, D>& memory,
+                      Reactions<D>* reactions, ParticleSets<View> sets) {
+    check_step(dt);
+    const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
+    const auto exact = lift<double>(here);
+    if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
+        const std::vector<const BlockPartition<D>*> partitions = partitions_of(sets);
+        memory.find_places(grid, partitions, threads, [&](std::size_t b) { return reaches_block(here, grid, b); });
+    }
+    const auto& places = memory.places();
+    std::vector<Reaction<D>> of_places;
+    std::size_t parts = 0;
+    if (reactions) {
+        begin_reactions(*reactions, boundary);
+        parts = reactions->parts.size();
+        of_places.resize(places.size() * parts);
+    }
+    parallel_region(threads, [&] {
+        const auto look = [&](std::size_t i, int) {
+            memory.nodes[i] = nodes_of_boundary(grid, places[i].block, exact);
+            memory.near().mark_around(places[i].near, memory.nodes[i]);
+        };
+        parallel_for(places.size(), threads, look, 4);
+        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
+        const auto act = [&](std::size_t i, int thread) {
+            const bool counts = reactions && ranks.template counts<D>(places[i].block);
+            Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;
+            for (std::size_t k = 0; counts && k < parts; ++k) of_place[k].about = reactions->parts[k].about;
+            act_on_block(grid, memory.near(), places[i], memory.nodes[i], exact, dt,
+                         memory.of_threads[std::size_t(thread)], of_place);
+        };
+        parallel_for(places.size(), threads, act, 4);
+    });
+    const RanksAs<S, D, Ranks> sums(ranks);
+    if (reactions) sum_reactions<D>(sums, of_places, reactions->parts);
+    if constexpr (has_mirrors<Boundary>) mirror_nodes(threads, sums, grid, mirrors, true, reactions);
+}
+
+}  // namespace detail
+
+/// Returns the mirrored walls of a boundary that acts by the gap of particles, with the speeds at which matter may
+/// approach them in this step.
+/// \param dt      time step [s]
+/// \param memory  pass the same object in every step
+/// \param sets    all sets on the grid
+/// \throws parameter_error  in the cases of mirrors_of(), or if `dt` is not valid
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class View>
+MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D>& grid,
+                               const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, S, D>& memory,
+                               ParticleSets<View> sets) {
+    return detail::find_mirrors(detail::threads_of(execution), ranks_of(execution), grid, boundary, dt, memory, sets);
 }
 
 /// Lets a boundary act on the nodes, by the gap of particles. Call it when the nodes hold velocities, with the
@@ -233,42 +281,8 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Bou
 void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary, double dt,
                 const MirrorsByGap<S>& mirrors, GapMemory<Kernel, S, D>& memory, Reactions<D>* reactions,
                 ParticleSets<View> sets) {
-    detail::check_step(dt);
-    const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
-    const auto exact = lift<double>(here);
-    const auto ranks = ranks_of(execution);
-    const int threads = thread_count(requested_threads(execution));
-    if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
-        const std::vector<const BlockPartition<D>*> partitions = detail::partitions_of(sets);
-        memory.find_places(grid, partitions, threads,
-                           [&](std::size_t b) { return detail::reaches_block(here, grid, b); });
-    }
-    const auto& places = memory.places();
-    std::vector<Reaction<D>> of_places;
-    std::size_t parts = 0;
-    if (reactions) {
-        detail::begin_reactions(*reactions, boundary);
-        parts = reactions->parts.size();
-        of_places.resize(places.size() * parts);
-    }
-    parallel_region(threads, [&] {
-        const auto look = [&](std::size_t i, int) {
-            memory.nodes[i] = detail::nodes_of_boundary(grid, places[i].block, exact);
-            memory.near().mark_around(places[i].near, memory.nodes[i]);
-        };
-        parallel_for(places.size(), threads, look, 4);
-        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
-        const auto act = [&](std::size_t i, int thread) {
-            const bool counts = reactions && ranks.template counts<D>(places[i].block);
-            Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;
-            for (std::size_t k = 0; counts && k < parts; ++k) of_place[k].about = reactions->parts[k].about;
-            detail::act_on_block(grid, memory.near(), places[i], memory.nodes[i], exact, dt,
-                                 memory.of_threads[std::size_t(thread)], of_place);
-        };
-        parallel_for(places.size(), threads, act, 4);
-    });
-    if (reactions) detail::sum_reactions<Execution, D>(execution, of_places, reactions->parts);
-    if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
+    detail::let_boundary_act(detail::threads_of(execution), ranks_of(execution), grid, boundary, dt, mirrors, memory,
+                             reactions, sets);
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -1,6 +1,8 @@
 /// \file Gather: sums of node values over the rows of nodes around each particle of a pack (sixteen particles).
 #pragma once
 
+#include <firn/core/parallel.hpp>
+#include <firn/data/particle_set.hpp>
 #include <firn/loops/places.hpp>
 #include <firn/stage/g2p.hpp>
 
@@ -266,5 +268,43 @@ private:
     Rows rows_[pack_size];
     Arena<Kernel, S, D> arena_[Layers];
 };
+
+namespace detail {
+
+/// Gathers the numbers of nodes to the particles of a group: calls take(slot, sums, offset) for each register of
+/// particles, with its first slot in the group, its sums and its positions relative to the centre nodes [cells].
+/// \tparam moments, gradients  which sums are needed. \see PackSums
+/// \param layer  the layer of the grid whose numbers are gathered
+template <class Kernel, bool moments, bool gradients, class View, std::floating_point S, int D, class Take>
+FIRN_INLINE void gather_to_group(const BlockPartition<D>& partition, const BlockGroup& group,
+                                 const GroupPlaces<View>& places, const SparseGrid<S, D>& grid, std::size_t layer,
+                                 const Take& take) {
+    NodesOfGroup<Kernel, S, D, 1> nodes(grid, partition, group, places, layer);
+    PackPlaces<Kernel, gradients, S, D> pack;
+    PackSums<Kernel, moments, gradients, S, D> sums;
+    for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+        nodes.locate(pack, places, slot);
+        nodes.template gather<0>(pack, sums);
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<native_pack<S>>::lanes)
+            take(slot + std::size_t(lane), sums.lanes(lane), pack.offset(lane));
+    }
+}
+
+/// Gathers the present numbers of nodes to the particles of a set: calls take(slots, sums, offset) for each register
+/// of particles. \see gather_to_group
+template <class Kernel, bool moments, bool gradients, class View, std::floating_point S, int D, class Take>
+void gather_to_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Take& take) {
+    const Positions<View> positions(grid.domain());
+    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+        const BlockGroup& group = set.partition.groups[g];
+        const GroupPlaces<View> places(set.view, set.partition, group, positions);
+        gather_to_group<Kernel, moments, gradients>(
+            set.partition, group, places, grid, 0,
+            [&](std::size_t slot, const G2PSums<native_pack<S>, D>& sums, const Vec<native_pack<S>, D>& offset)
+                FIRN_LAMBDA { take(places.slots(slot), sums, offset); });
+    });
+}
+
+}  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

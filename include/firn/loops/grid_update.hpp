@@ -119,9 +119,9 @@ void refuse_mirrors(const Boundary& boundary) {
 /// Does the work of grid_update(), with or without reactions.
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if the impulses are not wanted
 /// \return  the largest acceleration [m/s²] of a field at a node with matter, as far as it is finite; 0 for a vector
-template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
-double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                   const Boundary& boundary, Reactions<D>* reactions) {
+template <std::floating_point S, int D, class Acceleration, class Boundary>
+double update_grid(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, double dt,
+                   const Acceleration& acceleration, const Boundary& boundary, Reactions<D>* reactions = nullptr) {
     check_step(dt);
     const Domain<D>& domain = grid.domain();
     const double h = domain.cell_size;
@@ -142,7 +142,6 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
     }
 
     constexpr bool measures = !is_uniform<std::remove_cvref_t<decltype(field)>>;
-    const int threads = thread_count(requested_threads(execution));
     struct alignas(64) OfThread {
         S squared = 0;
     };
@@ -166,7 +165,7 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
             return;
         }
         Reaction<D>* of_block = nullptr;
-        if (reactions && ranks_of(execution).template counts<D>(b)) {
+        if (reactions && ranks.counts(b)) {
             of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
         }
@@ -174,10 +173,33 @@ double update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt
     };
     parallel_for(grid.block_count(), threads, update, 16);
 
-    if (reactions) sum_reactions<Execution, D>(execution, of_blocks, reactions->parts);
+    if (reactions) sum_reactions<D>(ranks, of_blocks, reactions->parts);
     double squared = 0;
     for (const OfThread& of_thread : largest) squared = std::max(squared, double(of_thread.squared));
     return std::isfinite(squared) ? std::sqrt(squared) : 0;
+}
+
+/// As update_grid(); afterwards mirrored walls act.
+template <std::floating_point S, int D, class Acceleration, class Boundary>
+double update_grid_and_mirrors(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, double dt,
+                               const Acceleration& acceleration, const Boundary& boundary, const Mirrors& mirrors,
+                               Reactions<D>* reactions) {
+    const double largest = update_grid(threads, ranks, grid, dt, acceleration, boundary, reactions);
+    if constexpr (has_mirrors<Boundary>) mirror_nodes(threads, ranks, grid, mirrors, true, reactions);
+    return largest;
+}
+
+/// Divides the momenta of the nodes by their masses.
+template <std::floating_point S, int D>
+void divide_by_masses(int threads, SparseGrid<S, D>& grid) {
+    update_grid(threads, one_rank<S, D>(), grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
+}
+
+/// Divides the momenta of the nodes by their masses. Mirrored walls act without friction.
+template <std::floating_point S, int D, std::derived_from<Mirrors> M>
+void velocities_of_momenta(int threads, SparseGrid<S, D>& grid, const M& mirrors) {
+    divide_by_masses(threads, grid);
+    mirror_without_friction(threads, grid, mirrors);
 }
 
 }  // namespace detail
@@ -199,8 +221,8 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
     if constexpr (detail::require_boundary<Boundary, S, D>() &&
                   detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         detail::refuse_mirrors(boundary);
-        return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
-                                   static_cast<Reactions<D>*>(nullptr));
+        return detail::update_grid(detail::threads_of(execution), detail::all_ranks<S, D>(execution), grid, dt,
+                                   detail::own_acceleration<D>(acceleration), boundary);
     }
     return 0;
 }
@@ -215,8 +237,8 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
     if constexpr (detail::require_boundary<Boundary, S, D>() &&
                   detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
         detail::refuse_mirrors(boundary);
-        return detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
-                                   &reactions);
+        return detail::update_grid(detail::threads_of(execution), detail::all_ranks<S, D>(execution), grid, dt,
+                                   detail::own_acceleration<D>(acceleration), boundary, &reactions);
     }
     return 0;
 }
@@ -230,14 +252,12 @@ double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 double grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                    const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {
-    double largest = 0;
     if constexpr (detail::require_boundary<Boundary, S, D>() &&
-                  detail::require_acceleration<Acceleration, native_pack<S>, D>()) {
-        largest =
-            detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, reactions);
-        if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
-    }
-    return largest;
+                  detail::require_acceleration<Acceleration, native_pack<S>, D>())
+        return detail::update_grid_and_mirrors(detail::threads_of(execution), detail::all_ranks<S, D>(execution), grid,
+                                               dt, detail::own_acceleration<D>(acceleration), boundary, mirrors,
+                                               reactions);
+    return 0;
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -4,7 +4,7 @@
 #include <firn/boundary/concept.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
-#include <firn/loops/execution.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/loops/reactions.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/mirror_planes.hpp>
@@ -135,11 +135,10 @@ template <std::floating_point S, int D>
 ///                       gap, only those that hold matter act then: what may leave meets its mirror image like another
 ///                       contact group, once a step. So FLIP and FMPM receive the whole impulse
 /// \param reactions      impulses of the walls on matter are added to it; nullptr if they are not wanted
-template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
-void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, bool with_friction,
+template <std::floating_point S, int D, std::derived_from<Mirrors> M>
+void mirror_nodes(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, const M& mirrors, bool with_friction,
                   Reactions<D>* reactions = nullptr) {
     if (mirrors.planes.empty()) return;
-    const int threads = thread_count(requested_threads(execution));
     using P = native_pack<S>;
     const SurfaceWeights<P> weights{P(S(mirrors.weights.on)), P(S(mirrors.weights.beside))};
     const std::size_t blocks = grid.block_count();
@@ -168,7 +167,7 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
             if (!columns.behind()) return;
             const auto behind =
                 std::size_t(columns.behind() - grid.nodes(0)) / std::size_t(block_nodes<D> * node_width);
-            if (ranks_of(execution).template counts<D>(behind))
+            if (ranks.counts(behind))
                 add_reaction(of_blocks[behind * parts + std::size_t(part)], grid, columns, masses);
         };
         const auto act = [&](std::size_t b, int) {
@@ -183,7 +182,7 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
                         P speed;
                         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
                             speed.set(l, closing[c + quad_of_lane<P>(l)]);  // the order of load_quads()
-                        if (!with_friction) speed = select(speed < P(S(0)), speed, P(S(never_closing)));
+                        if (!with_friction) speed = select(is_held(speed), speed, P(S(never_closing)));
                         return mirrored_by_gap(column, plane.axis, plane.inward, plane.contact, friction, weights,
                                                speed);
                     });
@@ -198,9 +197,15 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
     }
     if (reactions) {
         std::vector<Reaction<D>> of_walls(parts);
-        sum_reactions<Execution, D>(execution, of_blocks, of_walls);
+        sum_reactions<D>(ranks, of_blocks, of_walls);
         for (std::size_t k = 0; k < parts; ++k) reactions->parts[k] += of_walls[k];
     }
+}
+
+/// Lets mirrored walls act on the nodes beside them, in passes before forces act. \see mirror_nodes
+template <std::floating_point S, int D, std::derived_from<Mirrors> M>
+void mirror_without_friction(int threads, SparseGrid<S, D>& grid, const M& mirrors) {
+    mirror_nodes(threads, one_rank<S, D>(), grid, mirrors, false);
 }
 
 }  // namespace detail

@@ -1,4 +1,4 @@
-/// \file P2G of all particles, in floating point. \see Serial, Coloured
+/// \file P2G of all particles, in floating point. \see Coloured
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -233,10 +233,10 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, ParticleS
     });
 }
 
-/// Particles to grid in one thread. This function has the same requirements, and throws the same errors, as the p2g()
-/// that takes a Coloured.
+/// Particles to grid in one thread, one particle after the other: the reference of tests and benchmarks. This function
+/// has the same requirements, and throws the same errors, as the p2g() that takes a Coloured.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class View>
-void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
+void p2g(const detail::Serial&, SparseGrid<S, D>& grid, double dt, ParticleSets<View> sets) {
     detail::check_p2g(grid, dt, sets);
     detail::clear(grid.nodes(0), node_width, grid, 1);
     for (const ParticleSet<View>& set : sets)

@@ -109,7 +109,7 @@ void p2g_with_velocities(const Coloured& execution, SparseGrid<S, D>& grid, cons
                 detail::scatter_twice<Kernel, Transfer, Force>(set, grid, dt, threads, plain, forced, phases);
             },
             sets);
-        detail::velocities_of_momenta(execution, grid, mirrors);
+        detail::velocities_of_momenta(threads, grid, mirrors);
         grid.exchange(layer::before_forces, threads);
     });
 }

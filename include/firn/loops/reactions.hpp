@@ -5,7 +5,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/lanes.hpp>
-#include <firn/loops/execution.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/math/rotor.hpp>
 
 #include <cstdint>
@@ -141,8 +141,8 @@ struct Watched {
 /// Sums the reactions of blocks and of all ranks, part by part. Each sum is exact and rounded once.
 /// \param of_blocks  one Reaction for each part, block after block
 /// \param parts      receives the impulses; the points `about` are kept
-template <class Execution, int D>
-void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_blocks, std::span<Reaction<D>> parts) {
+template <int D>
+void sum_reactions(const RankSums& ranks, std::span<const Reaction<D>> of_blocks, std::span<Reaction<D>> parts) {
     constexpr std::size_t numbers = D + (D == 2 ? 1 : D);
     std::vector<ExactSum> sums(parts.size() * numbers);
     for (std::size_t i = 0; i < of_blocks.size(); ++i) {
@@ -152,7 +152,7 @@ void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_b
             ++sum;
         });
     }
-    ranks_of(execution).merge(sums);
+    ranks.merge(sums);
     const ExactSum* sum = sums.data();
     for (Reaction<D>& part : parts) for_impulses(part, [&](double& impulse) { impulse = (sum++)->value(); });
 }

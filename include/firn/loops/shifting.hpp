@@ -149,7 +149,6 @@ template <class Kernel, class View, class Boundary, std::floating_point S, int D
 bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const RoomOfDomain<S, D>& room,
                const Boundary& boundary, S share, int threads) {
     using P = native_pack<S>;
-    constexpr int lanes = scalar_traits<P>::lanes;
     constexpr bool solid = may_have_solids<Boundary, S, D>;
     const Positions<View> positions(grid.domain());
     const Vec<P, D> lower = cast<P>(room.lower()), upper = cast<P>(room.upper());
@@ -158,9 +157,6 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
             const BlockGroup& group = set.partition.groups[g];
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
-            PackPlaces<Kernel, true, S, D> pack;
-            PackSums<Kernel, false, true, S, D> gathered;
             bool near = false;
             if constexpr (solid) {
                 Vec<double, D> low{}, high{};
@@ -172,34 +168,30 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
                 near = solids.are_near(low, high);
             }
             mask_t<P> stray = P(1) < P(0);
-            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-                nodes.locate(pack, places, slot);
-                nodes.template gather<0>(pack, gathered);
-                for (std::size_t at = slot; at < slot + pack_size; at += lanes) {
-                    const auto of = gathered.lanes(int(at - slot));
-                    ShiftSums<P, D> sums{of.velocity.v[0], of.velocity.v[1], {}, {}};
-                    unroll<D>([&](auto a) FIRN_LAMBDA {
-                        sums.excess_gradient.v[a] = of.gradient(0, a);
-                        sums.room_gradient.v[a] = of.gradient(1, a);
-                    });
-                    const auto crowded = sums.excess > P(S(0));
-                    if (!any(crowded)) continue;
-                    const Slots slots = places.slots(at);
-                    const Vec<P, D> block = places.blocks().template lower<P>(at),
-                                    place = places.template position<P>(at), x = block + place;
-                    Vec<P, D> way = kept_in_box(shift_of(sums, P(share)), x, lower, upper);
-                    if constexpr (solid)
-                        if (near) way = kept_out_of(solids, x, way);
-                    const Vec<P, D> before = load_vector<P, D>(set.view.position, slots);
-                    const Vec<P, D> after =
-                        moved_by(way, P(positions.cell()), before, positions.lowest(block), positions.highest(block))
-                            .position;
-                    const auto real = set.view.mass.template load_or_zero<P>(slots, 0) > P(S(0));
-                    const Vec<P, D> position = select(real & crowded, after, before);
-                    unroll<D>([&](auto a) FIRN_LAMBDA { set.view.position.store(slots, a, position.v[a]); });
-                    stray = stray | (real & firn::strays<Kernel>(positions.in_block(position, block)));
-                }
-            }
+            const auto shift_some = [&](std::size_t at, const auto& of, const auto&) FIRN_LAMBDA {
+                ShiftSums<P, D> sums{of.velocity.v[0], of.velocity.v[1], {}, {}};
+                unroll<D>([&](auto a) FIRN_LAMBDA {
+                    sums.excess_gradient.v[a] = of.gradient(0, a);
+                    sums.room_gradient.v[a] = of.gradient(1, a);
+                });
+                const auto crowded = sums.excess > P(S(0));
+                if (!any(crowded)) return;
+                const Slots slots = places.slots(at);
+                const Vec<P, D> block = places.blocks().template lower<P>(at), place = places.template position<P>(at),
+                                x = block + place;
+                Vec<P, D> way = kept_in_box(shift_of(sums, P(share)), x, lower, upper);
+                if constexpr (solid)
+                    if (near) way = kept_out_of(solids, x, way);
+                const Vec<P, D> before = load_vector<P, D>(set.view.position, slots);
+                const Vec<P, D> after =
+                    moved_by(way, P(positions.cell()), before, positions.lowest(block), positions.highest(block))
+                        .position;
+                const auto real = set.view.mass.template load_or_zero<P>(slots, 0) > P(S(0));
+                const Vec<P, D> position = select(real & crowded, after, before);
+                unroll<D>([&](auto a) FIRN_LAMBDA { set.view.position.store(slots, a, position.v[a]); });
+                stray = stray | (real & firn::strays<Kernel>(positions.in_block(position, block)));
+            };
+            gather_to_group<Kernel, false, true>(set.partition, group, places, grid, 0, shift_some);
             strays[g] = any(stray);
         });
     };
@@ -210,25 +202,30 @@ bool shift_set(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, const
     return std::find(strays.begin(), strays.end(), 1) != strays.end();
 }
 
-}  // namespace detail
-
-/// Finds the present volumes V0 J of the particles of set k, for shift_particles().
-template <class Material, class Execution, std::floating_point S, class View>
-void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,
-                          const ParticleSet<View>& set) {
+/// Does the work of find_present_volumes().
+template <class Material, std::floating_point S, class View>
+void note_present_volumes(int threads, FilterMemory<S>& memory, std::size_t k, const ParticleSet<View>& set) {
     using P = native_pack<S>;
     using State = material_state_t<with_scalar_t<Material, P>, View::dimension>;
-    const int threads = thread_count(requested_threads(execution));
     if (memory.present.size() <= k) memory.present.resize(k + 1);
     parallel_region(threads, [&] {
-        const auto volumes = detail::numbers_like(set.view, memory.present[k], set.partition.slots(), threads);
-        detail::for_registers(set, threads, [&](const Slots& slots) {
+        const auto volumes = numbers_like(set.view, memory.present[k], set.partition.slots(), threads);
+        for_registers(set, threads, [&](const Slots& slots) {
             P volume = set.view.volume.template load_or_zero<P>(slots, 0);
             if constexpr (has_volume<State>) volume = present_volume(load_state<State>(set.view.state, slots), volume);
             const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
             volumes.store(slots, 0, select(mass > P(S(0)), volume, P(S(0))));
         });
     });
+}
+
+}  // namespace detail
+
+/// Finds the present volumes V0 J of the particles of set k, for shift_particles().
+template <class Material, class Execution, std::floating_point S, class View>
+void find_present_volumes(const Execution& execution, FilterMemory<S>& memory, std::size_t k,
+                          const ParticleSet<View>& set) {
+    detail::note_present_volumes<Material>(detail::threads_of(execution), memory, k, set);
 }
 
 /// Moves particles off overfull nodes. Velocities, affine fields and states stay. The numbers of the nodes are
@@ -245,7 +242,7 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Bou
 std::vector<bool> shift_particles(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory,
                                   const Boundary& boundary, S share, const Copies& copies,
                                   const std::vector<bool>& moves, ParticleSets<View> sets) {
-    const int threads = thread_count(requested_threads(execution));
+    const int threads = detail::threads_of(execution);
     std::vector<bool> strays(sets.size());
     parallel_region(threads, [&] {
         std::vector<ParticleSet<detail::VolumeView<View>>> all;

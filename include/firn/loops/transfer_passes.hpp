@@ -47,30 +47,16 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
 template <class Kernel, class View, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const BlockGroup& group, const GroupPlaces<View>& places,
                        const SparseGrid<S, D>& grid) {
-    NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places, layer::last_of_series);
-    PackPlaces<Kernel, false, S, D> pack;
-    PackSums<Kernel, false, false, S, D> sums;
-    using P = native_pack<S>;
-    for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-        nodes.locate(pack, places, slot);
-        nodes.template gather<0>(pack, sums);
-        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-            const Vec<P, D> v = sums.lanes(lane).velocity;
-            unroll<D>([&](auto a) { set.view.velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
-        }
-    }
+    gather_to_group<Kernel, false, false>(
+        set.partition, group, places, grid, layer::last_of_series,
+        [&](std::size_t slot, const auto& sums, const auto&) FIRN_LAMBDA {
+            unroll<D>([&](auto a) FIRN_LAMBDA { set.view.velocity.store(places.slots(slot), a, sums.velocity.v[a]); });
+        });
 }
 
 /// The force form of scattering velocities without forces.
 template <class Transfer>
 using NoForceFor = std::conditional_t<Transfer::affine, NoForce, NoForceNoField>;
-
-/// Divides the momenta of the nodes by their masses. Mirrored walls act without friction.
-template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
-void velocities_of_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors) {
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
-    mirror_nodes(execution, grid, mirrors, false);
-}
 
 /// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
 /// and `index` is the index of the first of these values among the values of all nodes.
@@ -201,11 +187,11 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
         view.velocity = vectors_like(view, memory.velocities[with_memory.size()], set.partition.slots(), threads);
         with_memory.push_back({view, set.partition});
     }
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
+    divide_by_masses(threads, grid);  // the nodes then hold v_1
     const bool is_mirrored = !mirrors.planes.empty();
     if (is_mirrored) {
         keep_in_layer(grid, layer::first_before_walls, threads);  // v_1 before walls act
-        mirror_nodes(execution, grid, mirrors, false);
+        mirror_without_friction(threads, grid, mirrors);
     }
     keep_in_layer(grid, layer::first_of_series, threads);
     for (int j = 1; j < transfer.order; ++j) {
@@ -214,7 +200,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             there_and_back_by_groups<Kernel, Transfer>(grid, threads, ParticleSets<View>(with_memory));
         else
             there_and_back<Kernel, Transfer>(execution, grid, threads, ParticleSets<View>(with_memory));
-        velocities_of_momenta(execution, grid, mirrors);
+        velocities_of_momenta(threads, grid, mirrors);
         const S *const first = grid.layer(layer::first_of_series), *const last = grid.layer(layer::last_of_series);
         const bool is_last = j + 1 == transfer.order;
         for_nodes(grid, threads, [&](S* node, std::size_t i) {
@@ -247,11 +233,11 @@ template <class Kernel, class Transfer, class Execution, std::floating_point S, 
           class View>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, ParticleSets<View> sets) {
     if constexpr (blends_velocities<Transfer>) {
-        const int workers = thread_count(requested_threads(execution));
-        parallel_region(workers, [&] {
+        const int threads = detail::threads_of(execution);
+        parallel_region(threads, [&] {
             p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(execution, grid, 0.0, sets);
-            detail::velocities_of_momenta(execution, grid, mirrors);
-            grid.exchange(layer::before_forces, workers);
+            detail::velocities_of_momenta(threads, grid, mirrors);
+            grid.exchange(layer::before_forces, threads);
         });
     }
 }
@@ -281,7 +267,7 @@ void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfe
     if constexpr (refines_velocities<Transfer>) {
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
-        const int threads = thread_count(requested_threads(execution));
+        const int threads = detail::threads_of(execution);
         parallel_region(threads, [&] {
             detail::refine_momenta<Kernel>(execution, grid, transfer, memory, mirrors, threads, sets);
         });

@@ -38,7 +38,7 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
     std::swap(grid.last_scale, scale);
     p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets);
     std::swap(grid.last_scale, scale);
-    mirror_rates(execution, grid, mirrors);
+    mirror_rates(threads, grid, mirrors);
     for_nodes(grid, threads, [](S* node, std::size_t) {
         native_pack<S> r[4];
         load_quads(node, r);
@@ -50,20 +50,9 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
 /// Interpolates component 0 of the nodes to the particles of a set.
 template <class Kernel, class View, class Field, std::floating_point S, int D>
 void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& number) {
-    const Positions<View> positions(grid.domain());
-    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
-        const BlockGroup& group = set.partition.groups[g];
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
-        PackPlaces<Kernel, false, S, D> pack;
-        PackSums<Kernel, false, false, S, D> sums;
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-            nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums);
-            for (int lane = 0; lane < pack_size; lane += scalar_traits<native_pack<S>>::lanes)
-                number.store(places.slots(slot + std::size_t(lane)), 0, sums.lanes(lane).velocity.v[0]);
-        }
-    });
+    gather_to_set<Kernel, false, false>(set, grid, threads,
+                                        [&](const Slots& slots, const auto& sums, const auto&)
+                                            FIRN_LAMBDA { number.store(slots, 0, sums.velocity.v[0]); });
 }
 
 }  // namespace detail
@@ -87,7 +76,7 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
     using State = material_state_t<Lifted, D>;
     if constexpr (has_volume<State>) {
         const auto lifted = lift<P>(material);
-        const int threads = thread_count(requested_threads(execution));
+        const int threads = detail::threads_of(execution);
         memory.scales.resize(sets.size());
         parallel_region(threads, [&] {
             const auto numbers = [&](aligned_vector<S>& of) {

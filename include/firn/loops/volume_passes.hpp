@@ -63,31 +63,18 @@ auto numbers_like(const View&, aligned_vector<typename View::scalar_type>& memor
 /// updates F.
 template <class Kernel, class Transfer, class Force, class View, class Field, std::floating_point S, int D>
 void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& rate) {
-    const Positions<View> positions(grid.domain());
-    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
-        const BlockGroup& group = set.partition.groups[g];
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
-        PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
-        TransferSums<Kernel, Transfer, Force, S, D> sums;
-        using P = native_pack<S>;
-        const P h(S(grid.domain().cell_size));
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-            nodes.locate(pack, places, slot);
-            nodes.template gather<0>(pack, sums);
-            for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-                const auto taken = take_from_grid<Kernel, Transfer, Force>(sums.lanes(lane), pack.offset(lane), h);
-                rate.store(places.slots(slot + std::size_t(lane)), 0, trace(taken.velocity_gradient));
-            }
-        }
-    });
+    const native_pack<S> h(S(grid.domain().cell_size));
+    constexpr bool moments = g2p_needs_moment<Kernel, Transfer, Force>;
+    gather_to_set<Kernel, moments, g2p_needs_gradient<Kernel, Transfer, Force>>(
+        set, grid, threads, [&](const Slots& slots, const auto& sums, const auto& offset) FIRN_LAMBDA {
+            rate.store(slots, 0, trace(take_from_grid<Kernel, Transfer, Force>(sums, offset, h).velocity_gradient));
+        });
 }
 
 /// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the
 /// rate of volume change has the same sign on both sides of a wall.
-template <class Execution, std::floating_point S, int D>
-void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
-    const int threads = thread_count(requested_threads(execution));
+template <std::floating_point S, int D>
+void mirror_rates(int threads, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
     using P = native_pack<S>;
     for (const MirrorPlane& plane : mirrors.planes)
         parallel_for(
@@ -101,6 +88,19 @@ void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                 });
             },
             64);
+}
+
+/// Does the work of restore_masses().
+template <class Transfer, std::floating_point S, int D>
+void put_back_masses(int threads, SparseGrid<S, D>& grid) {
+    using P = native_pack<S>;
+    for_nodes(grid, threads, [kept = grid.layer(layer::of_volumes<Transfer>)](S* node, std::size_t index) {
+        P r[4], of_kept[4];
+        load_quads(node, r);
+        load_quads(kept + index, of_kept);
+        r[node_mass] = of_kept[0];
+        store_quads(r, node);
+    });
 }
 
 }  // namespace detail
@@ -149,7 +149,7 @@ template <class Kernel, class Transfer, class Force, class Execution, std::float
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
                     std::size_t k, ParticleSets<View> sets) {
     constexpr std::size_t of_volumes = layer::of_volumes<Transfer>;
-    const int threads = thread_count(requested_threads(execution));
+    const int threads = detail::threads_of(execution);
     memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
         const auto rate = detail::numbers_like(sets[k].view, memory.rates, sets[k].partition.slots(), threads);
@@ -162,7 +162,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
         p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
                                                                   ParticleSets<detail::RateView<View>>(all));
         std::swap(grid.last_scale, memory.scales[k]);
-        detail::mirror_rates(execution, grid, mirrors);
+        detail::mirror_rates(threads, grid, mirrors);
         grid.exchange(of_volumes, threads);
         using P = native_pack<S>;
         detail::for_nodes(grid, threads, [sums = grid.layer(of_volumes)](S* node, std::size_t index) {
@@ -189,15 +189,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
 /// Puts the masses back into the nodes, after average_volume() and G2P.
 template <class Transfer, class Execution, std::floating_point S, int D>
 void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
-    const int threads = thread_count(requested_threads(execution));
-    using P = native_pack<S>;
-    detail::for_nodes(grid, threads, [kept = grid.layer(layer::of_volumes<Transfer>)](S* node, std::size_t index) {
-        P r[4], of_kept[4];
-        load_quads(node, r);
-        load_quads(kept + index, of_kept);
-        r[node_mass] = of_kept[0];
-        store_quads(r, node);
-    });
+    detail::put_back_masses<Transfer>(detail::threads_of(execution), grid);
 }
 
 }  // namespace firn::inline FIRN_BUILD

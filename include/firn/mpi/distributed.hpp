@@ -34,9 +34,9 @@ inline constexpr bool sums_integers<FixedPoint<Integer, How>> = true;
 /// \tparam Execution  how each rank sums: Coloured or FixedPoint
 template <class Execution = Coloured>
 class Distributed : public Execution {
-    static_assert(std::same_as<Execution, Coloured> || detail::sums_integers<Execution>,
-                  "firn: Distributed<…> takes Coloured or FixedPoint<…>. Serial has no order of sums that several "
-                  "processes could keep.");
+    static_assert(
+        std::same_as<Execution, Coloured> || detail::sums_integers<Execution>,
+        "firn: Distributed<…> takes Coloured or FixedPoint<…>: their sums do not depend on the number of ranks.");
 
 public:
     /// Makes an execution on the ranks of a communicator. Collective.

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/simulation/blow_up.hpp>
-#include <firn/simulation/ranks_of.hpp>
 #include <firn/simulation/set_of.hpp>
 #include <firn/stage/time_step.hpp>
 

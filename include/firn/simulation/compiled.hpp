@@ -63,29 +63,30 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
 #define FIRN_STATES 7
 
 /// What names no policy, and P2G and the grid update with the default policies.
-#define FIRN_CORE(where, S, D)                                                                                         \
-    namespace firn {                                                                                                   \
-    where template class ParticleStore<S, D>;                                                                          \
-    where template class SparseGrid<S, D>;                                                                             \
-    where template class SetOf<S, D>;                                                                                  \
-    where template class PassList<S, D>;                                                                               \
-    where template class RunOf<S, D>;                                                                                  \
-    where template class detail::Loads<S, D>;                                                                          \
-    where template class detail::BodyForces<S, D>;                                                                     \
-    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<S>&, const Domain<D>&,           \
-                                                              const KernelFacts&, int, std::byte*);                    \
-    where template BlockPartition<D> sort_particles(const KernelFacts&, ParticleStore<S, D>&, int);                    \
-    where template std::string detail::overlapping_bodies(const SetList<S, D>&);                                       \
-    where template void detail::for_particles(                                                                         \
-        const SetList<S, D>&, const std::type_identity_t<std::function<void(const detail::ParticleOfBody<D>&)>>&);     \
-    where template double detail::StepBound::find(const detail::StepInputs<S, D>&, double, double);                    \
-    where template void detail::Warnings::of_start(const SetList<S, D>&, const Domain<D>&, const Walls<S, D>&, bool,   \
-                                                   const detail::Warnings::Warn&, const RanksOf<S, D>&);               \
-    where template void p2g<QuadraticBSpline, Apic, MlsForce>(const Coloured&, SparseGrid<S, D>&, double,              \
-                                                              ParticleSets<MotionView<S, D, BlockedSpan<S>>>);         \
-    where template double detail::update_grid(const Coloured&, SparseGrid<S, D>&, double, const Vec<double, D>&,       \
-                                              const Walls<S, D>&, Reactions<D>*);                                      \
-    where template void detail::mirror_nodes(const Coloured&, SparseGrid<S, D>&, const Mirrors&, bool, Reactions<D>*); \
+#define FIRN_CORE(where, S, D)                                                                                        \
+    namespace firn {                                                                                                  \
+    where template class ParticleStore<S, D>;                                                                         \
+    where template class SparseGrid<S, D>;                                                                            \
+    where template class SetOf<S, D>;                                                                                 \
+    where template class PassList<S, D>;                                                                              \
+    where template class RunOf<S, D>;                                                                                 \
+    where template class detail::Loads<S, D>;                                                                         \
+    where template class detail::BodyForces<S, D>;                                                                    \
+    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<S>&, const Domain<D>&,          \
+                                                              const KernelFacts&, int, std::byte*);                   \
+    where template BlockPartition<D> sort_particles(const KernelFacts&, ParticleStore<S, D>&, int);                   \
+    where template std::string detail::overlapping_bodies(const SetList<S, D>&);                                      \
+    where template void detail::for_particles(                                                                        \
+        const SetList<S, D>&, const std::type_identity_t<std::function<void(const detail::ParticleOfBody<D>&)>>&);    \
+    where template double detail::StepBound::find(const detail::StepInputs<S, D>&, double, double);                   \
+    where template void detail::Warnings::of_start(const SetList<S, D>&, const Domain<D>&, const Walls<S, D>&, bool,  \
+                                                   const detail::Warnings::Warn&, const RanksOf<S, D>&);              \
+    where template void p2g<QuadraticBSpline, Apic, MlsForce>(const Coloured&, SparseGrid<S, D>&, double,             \
+                                                              ParticleSets<MotionView<S, D, BlockedSpan<S>>>);        \
+    where template double detail::update_grid(int, const RankSums&, SparseGrid<S, D>&, double, const Vec<double, D>&, \
+                                              const Walls<S, D>&, Reactions<D>*);                                     \
+    where template void detail::mirror_nodes(int, const RankSums&, SparseGrid<S, D>&, const Mirrors&, bool,           \
+                                             Reactions<D>*);                                                          \
     }
 #define FIRN_SHAPES(where, D)                                                                                    \
     namespace firn {                                                                                             \

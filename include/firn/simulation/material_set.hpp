@@ -100,7 +100,7 @@ public:
     std::string_view name_of_material() const override { return name_of<Material>(); }
     void start_state(std::size_t slot) override { particles.set_state(slot, initial_state<D>(material)); }
     detail::PassReport update_stress(int threads) override {
-        return detail::update_stress_pass(Coloured{threads}, particles.view(), this->partition, material,
+        return detail::update_stress_pass(threads, particles.view(), this->partition, material,
                                           particles.domain().cell_size);
     }
     [[gnu::cold]] void read_facts(double dt, detail::FactsReader& reader) override {

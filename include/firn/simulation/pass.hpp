@@ -3,7 +3,7 @@
 #pragma once
 
 #include <firn/data/particle_set.hpp>
-#include <firn/simulation/ranks_of.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/stage/mirror_planes.hpp>
 
 #include <cstdint>

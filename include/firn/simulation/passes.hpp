@@ -3,10 +3,10 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
-#include <firn/loops/contact.hpp>
 #include <firn/loops/g2p.hpp>
 #include <firn/loops/gap_contact.hpp>
 #include <firn/loops/grid_update.hpp>
+#include <firn/loops/group_contact.hpp>
 #include <firn/loops/p2g_fixed_point.hpp>
 #include <firn/loops/p2g_with_velocities.hpp>
 #include <firn/loops/shifting.hpp>
@@ -99,21 +99,21 @@ private:
                                                  sets);
                 });
             if constexpr (shifts_particles<Volume>)
-                if (const S share = of.volume.shifted_share(crossed); share > 0) stray = shift(of, share, sets);
+                if (const S share = of.volume.shifted_share(crossed); share > 0) stray = shift(of, now, share, sets);
         });
         if (!shifts_particles<Volume> || now.ranks.sum(std::size_t(stray)) == 0) return;
         for (std::size_t k = 0; k < of.sets().size(); ++k) of.sort(k, now.ranks, now.threads);
         of.activate();
     }
     /// Moves particles off overfull nodes. \return whether some may be too far from their blocks
-    static bool shift(Simulation& of, const S& share, Sets sets) {
+    static bool shift(Simulation& of, const Now& now, const S& share, Sets sets) {
         std::vector<bool> moves;
         of.for_materials([&]<class M>(const MaterialSet<D, M>&, std::size_t) {
             moves.push_back(has_volume_ratio<material_state_t<with_scalar_t<M, native_pack<S>>, D>>);
         });
         if (std::ranges::count(moves, true) == 0) return false;
         of.for_materials([&]<class M>(MaterialSet<D, M>& set, std::size_t k) {
-            find_present_volumes<M>(of.execution, of.filter_memory_, k,
+            note_present_volumes<M>(now.threads, of.filter_memory_, k,
                                     ParticleSet{set.particles.view(), set.partition});
         });
         const auto copies = [&](auto& grid, int threads) {
@@ -164,12 +164,12 @@ private:
         of.for_materials([&](auto& set, std::size_t k) {
             if (k != now.set) return;
             const PassReport pass = g2p_pass<Kernel, Transfer, Force, Volume>(
-                of.execution, set.particles.view(), set.partition, of.grid_, set.material, now.dt, of.transfer);
+                now.threads, set.particles.view(), set.partition, of.grid_, set.material, now.dt, of.transfer);
             set.report = pass.report;
             now.right = now.right && pass.right;
         });
     }
-    static void restore_masses(Simulation& of, Now&) { firn::restore_masses<Transfer>(of.execution, of.grid_); }
+    static void restore_masses(Simulation& of, Now& now) { put_back_masses<Transfer>(now.threads, of.grid_); }
     static void end_g2p(Simulation& of, Now& now) {
         of.Run::end_g2p(now);
         of.boundary = advanced(of.boundary, now.dt);

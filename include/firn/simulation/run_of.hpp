@@ -4,10 +4,10 @@
 #include <firn/core/stepper.hpp>
 #include <firn/data/kernel_facts.hpp>
 #include <firn/data/sparse_grid.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/loops/reactions.hpp>
 #include <firn/simulation/bound.hpp>
 #include <firn/simulation/pass.hpp>
-#include <firn/simulation/ranks_of.hpp>
 #include <firn/simulation/set_of.hpp>
 #include <firn/simulation/warnings.hpp>
 

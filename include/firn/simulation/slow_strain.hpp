@@ -3,7 +3,7 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/stepper.hpp>
-#include <firn/simulation/ranks_of.hpp>
+#include <firn/loops/ranks_of.hpp>
 #include <firn/simulation/set_of.hpp>
 
 #include <algorithm>

@@ -127,19 +127,34 @@ FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, 
             select(pushes, mass, column.mass_front)};
 }
 
-/// A closing speed at which a wall does not act: matter is too far away, or there is none. \see mirrored
+/// Stands for the closing speed where a wall does not act: matter is out of its reach, or there is none.
 inline constexpr double never_closing = 1e20;
+/// Stands for the closing speed of matter that touches a wall which holds it (`slip`, `stick`): the wall acts whether
+/// it pushes or pulls.
+inline constexpr double held_by_wall = -1;
+
+namespace detail {
+/// Returns whether a wall may act on matter with this closing speed.
+template <scalar S>
+FIRN_INLINE auto is_in_reach(const S& closing) {
+    return closing < S(0.5 * never_closing);
+}
+/// Returns whether a wall holds matter with this closing speed.
+template <scalar S>
+FIRN_INLINE auto is_held(const S& closing) {
+    return closing < S(0);
+}
+}  // namespace detail
 
 /// Returns the nodes of a column after a wall has acted that matter may approach: it meets its own mirror image.
 ///
 /// With the gap g between matter and the wall, and u = g/dt, the wall acts on velocities that are larger by u along its
 /// normal, for `separate`. If the wall does not push, the nodes are unchanged, to the bit.
-/// \param closing  u ≥ 0 [m/s]; or a negative number if the wall holds the matter that it touches (`slip`, `stick`); or
-///                 never_closing
+/// \param closing  u ≥ 0 [m/s], held_by_wall or never_closing
 template <scalar S, int D>
 FIRN_INLINE NodeColumn<S, D> mirrored_by_gap(const NodeColumn<S, D>& column, int axis, int inward, Contact contact,
                                              const S& friction, const SurfaceWeights<S>& weights, const S& closing) {
-    const auto reached = closing < S(0.5 * never_closing);
+    const auto reached = detail::is_in_reach(closing);
     const S direction = S(double(inward));
     const S shift = select(reached, max(closing, S(0)), S(0)) * direction;
     NodeColumn<S, D> shifted = column;
@@ -155,7 +170,7 @@ FIRN_INLINE NodeColumn<S, D> mirrored_by_gap(const NodeColumn<S, D>& column, int
     };
     after = choose(acts, after, column);
     if (!holds(contact)) return after;
-    return choose(closing < S(0), mirrored(column, axis, inward, contact, friction, weights), after);
+    return choose(detail::is_held(closing), mirrored(column, axis, inward, contact, friction, weights), after);
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -265,7 +265,7 @@ TEST_CASE("A mirrored wall by the gap: matter comes as near as the gap; what doe
         REQUIRE(after.front[1] + after.behind[1] == Approx(-2 * u * inward).margin(1e-12));
         const auto same = mirrored_by_gap(column, 1, inward, Contact::separate, 0.3, weights, never_closing);
         REQUIRE(norm(same.on - column.on) + norm(same.front - column.front) == 0);
-        const auto touching = mirrored_by_gap(column, 1, inward, Contact::slip, 0.3, weights, -1.0);
+        const auto touching = mirrored_by_gap(column, 1, inward, Contact::slip, 0.3, weights, held_by_wall);
         const auto wall = mirrored(column, 1, inward, Contact::slip, 0.3, weights);
         REQUIRE(norm(touching.on - wall.on) + norm(touching.front - wall.front) + norm(touching.behind - wall.behind) ==
                 0);

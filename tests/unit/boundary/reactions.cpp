@@ -94,13 +94,13 @@ TEMPLATE_TEST_CASE_SIG("reactions are the sums of their definition over the node
     grid.activate(simulation.partition());
     auto particles = simulation.particles();
     const double dt = 1e-3;
-    p2g<QuadraticBSpline, Apic, MlsForce>(Serial{}, particles.view(), simulation.partition(), grid, dt);
+    p2g<QuadraticBSpline, Apic, MlsForce>(detail::Serial{}, particles.view(), simulation.partition(), grid, dt);
     const auto boundary = scene<D>();
     const auto expected = by_definition(grid, dt, simulation.gravity, boundary, Vec<double, D>::filled(0.3));
     auto without = grid;
     Reactions<D> reactions{.about = Vec<double, D>::filled(0.3)};
-    grid_update(Serial{}, grid, dt, simulation.gravity, boundary, reactions);
-    grid_update(Serial{}, without, dt, simulation.gravity, boundary);
+    grid_update(detail::Serial{}, grid, dt, simulation.gravity, boundary, reactions);
+    grid_update(detail::Serial{}, without, dt, simulation.gravity, boundary);
 
     REQUIRE(reactions.parts.size() == 4);
     for (std::size_t k = 0; k < 4; ++k) {
@@ -156,7 +156,7 @@ TEMPLATE_TEST_CASE_SIG("reactions have the same bits for any number of ranks, an
         grid_update(execution, momenta, 1e-3, Vec<double, D>::filled(-1), boundary, reactions);
         return reactions;
     };
-    const Reactions<D> whole = reactions_of(Serial{});
+    const Reactions<D> whole = reactions_of(detail::Serial{});
     for (std::size_t k = 0; k < 3; ++k) CHECK(norm(whole.parts[k].impulse) > 0);
     std::vector<std::int64_t> sums;
     for (const std::size_t rank : {2, 0, 1}) {
@@ -177,7 +177,7 @@ TEMPLATE_TEST_CASE_SIG("reactions have the same bits for any number of ranks, an
     for (int order = 0; order < 4; ++order) {
         of_orders.emplace_back().parts.resize(2);
         const std::span<const Reaction<D>> all(blocks[0].data(), 2 * blocks.size());
-        detail::sum_reactions<Serial, D>(Serial{}, all, of_orders.back().parts);
+        detail::sum_reactions<D>(detail::one_rank<double, D>(), all, of_orders.back().parts);
         CHECK(same_bits(of_orders.back(), of_orders[0]));
         for (std::size_t i = blocks.size(); i > 1; --i)
             std::swap(blocks[i - 1], blocks[std::size_t(scenes::noise(seed++) * double(i))]);
@@ -210,7 +210,7 @@ TEST_CASE("torques are about each part's position where no point is given", "[bo
     const auto boundary = scene<2>();
     SparseGrid<double, 2> grid({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16});
     Reactions<2> reactions;
-    grid_update(Serial{}, grid, 1e-3, Vec<double, 2>{}, boundary, reactions);
+    grid_update(detail::Serial{}, grid, 1e-3, Vec<double, 2>{}, boundary, reactions);
     CHECK(reactions.parts[0].about == Vec<double, 2>{});
     CHECK(reactions.parts[1].about == Vec<double, 2>::filled(0.4));
     CHECK(reactions.parts[2].about == Vec<double, 2>::filled(0.6));

@@ -85,10 +85,10 @@ TEST_CASE("A program's own columns are stepped where they lie", "[data][eigen]")
         auto partition = partition_particles<QuadraticBSpline>(view, std::size_t(n), domain);
         grid.activate(partition);
         const auto jelly = FixedCorotated<float>::from_young_poisson(1e4, 0.3);
-        p2g<QuadraticBSpline, Apic, MlsForce>(Serial{}, view, partition, grid, 1e-4);
-        grid_update(Serial{}, grid, 1e-4, Eigen::Vector2d(0, -9.81),
+        p2g<QuadraticBSpline, Apic, MlsForce>(detail::Serial{}, view, partition, grid, 1e-4);
+        grid_update(detail::Serial{}, grid, 1e-4, Eigen::Vector2d(0, -9.81),
                     Walls<float, 2>::all(Eigen::Vector2f::Zero(), Eigen::Vector2f::Ones(), {}));
-        g2p<QuadraticBSpline, Apic, MlsForce>(Serial{}, view, partition, grid, jelly, 1e-4);
+        g2p<QuadraticBSpline, Apic, MlsForce>(detail::Serial{}, view, partition, grid, jelly, 1e-4);
     };
     std::vector<Vec<float, 2>> positions(static_cast<std::size_t>(n)), velocities(positions.size());
     as_eigen(positions) = x;

@@ -8,7 +8,7 @@ using restarts::goes_on_with;
 
 TEST_CASE("Fixed corotated goes on to the same bits, threads changed at the restart", "[io][restart]") {
     const auto material = FixedCorotated<float>::from_young_poisson(2e4, 0.3);
-    goes_on_with<Serial, Flip<float>>(material);
+    goes_on_with<detail::Serial, Flip<float>>(material);
     goes_on_with<Coloured, Asflip<float>>(material);
 }
 TEST_CASE("Neo-Hookean goes on to the same bits, threads changed at the restart", "[io][restart]") {

@@ -13,7 +13,7 @@ TEST_CASE("Sand goes on to the same bits, threads changed at the restart", "[io]
     goes_on_with<ColouredFixedPoint<std::int32_t>, Pic>(Sand<float>::from_properties({}));
 }
 TEST_CASE("Von Mises goes on to the same bits, threads changed at the restart", "[io][restart]") {
-    goes_on_with<Serial>(VonMises<float>::from_properties({.young = 1e5, .yield_stress = 2e3}));
+    goes_on_with<detail::Serial>(VonMises<float>::from_properties({.young = 1e5, .yield_stress = 2e3}));
 }
 TEST_CASE("Cam clay goes on to the same bits, threads changed at the restart", "[io][restart]") {
     goes_on_with<Coloured>(Nacc<float>::from_properties({.young = 1e5}));

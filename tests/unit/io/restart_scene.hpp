@@ -21,7 +21,7 @@ void goes_on(const Material& material) {
                            Walls<material_scalar_t<Material>, 2>, Volume>;
     const auto made = [&](int threads) {
         Execution execution{};
-        if constexpr (requires { execution.threads; }) execution.threads = threads;
+        if constexpr (!std::same_as<Execution, detail::Serial>) execution.threads = threads;
         return Run({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, material, execution);
     };
     constexpr double spacing = 1.0 / 32;
@@ -51,7 +51,7 @@ template <class Execution, class Transfer = Apic, class Material>
 void goes_on_with(const Material& material) {
     goes_on<Material, Execution, Transfer>(material);
 #ifdef FIRN_TEST_ALL
-    goes_on<Material, Serial, Transfer>(material);
+    goes_on<Material, detail::Serial, Transfer>(material);
     goes_on<Material, Coloured, Transfer>(material);
     goes_on<Material, FixedPoint<std::int32_t>, Transfer>(material);
     goes_on<Material, FixedPoint<std::int64_t>, Transfer>(material);

@@ -76,7 +76,7 @@ TEMPLATE_TEST_CASE(
         Drifted<TestType> matter(count);
         REQUIRE((count == 200 ? matter.sparse_groups() > 0 : matter.partition.groups.size() > matter.sparse_groups()));
         const auto expected = by_definition::p2g<TestType>(matter.cloud, matter.grid, dt);
-        CHECK(difference(numbers(matter.scattered(Serial{})), expected) < tolerance);
+        CHECK(difference(numbers(matter.scattered(detail::Serial{})), expected) < tolerance);
         CHECK(difference(numbers(matter.scattered(Coloured{2})), expected) < tolerance);
         if constexpr (std::same_as<S, float>) {
             CHECK(difference(numbers(matter.scattered(ColouredFixedPoint<std::int64_t>{2})), expected) < tolerance);

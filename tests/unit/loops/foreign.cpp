@@ -130,8 +130,8 @@ TEST_CASE("Arrays that cannot be the components of a field are refused") {
     CHECK_THROWS_AS(StridedSpan<double>::arrays({numbers, between}), parameter_error);
 }
 
-TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its particles are scattered", "", Serial,
-                   Coloured, FixedPoint<std::int32_t>, ColouredFixedPoint<std::int32_t>) {
+TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its particles are scattered", "",
+                   detail::Serial, Coloured, FixedPoint<std::int32_t>, ColouredFixedPoint<std::int32_t>) {
     // 16 particles a cell: blocks of their own; 1: sparse blocks that share an arena; few of them: spray.
     using Kernel = QuadraticBSpline;
     for (const double apart : {1.0 / 128, 1.0 / 32, 1.0 / 4})
@@ -164,8 +164,9 @@ TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its p
             }
             for (int step = 0; step < 100 && !sort_needed; ++step) {
                 REQUIRE_NOTHROW(scatter());
-                grid_update(Serial{}, grid, 1e-3, Vec<double, 2>::zero(), NoBoundary{});
-                sort_needed = g2p<Kernel, Apic, MlsForce>(Serial{}, view, partition, grid, material, 1e-3).sort_needed;
+                grid_update(detail::Serial{}, grid, 1e-3, Vec<double, 2>::zero(), NoBoundary{});
+                sort_needed =
+                    g2p<Kernel, Apic, MlsForce>(detail::Serial{}, view, partition, grid, material, 1e-3).sort_needed;
             }
             REQUIRE(sort_needed);
             test_support::check_refused<usage_error>(scatter, "P2G is given a partition that is stale");

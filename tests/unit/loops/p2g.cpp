@@ -32,7 +32,7 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
     using S = typename TestType::S;
     const Kind kind = GENERATE(Kind::dense, Kind::cube, Kind::spray);
     scenes::RandomCloud<S, TestType::D> cloud(scenes::particles_of<TestType::D>(kind));
-    const auto serial = scattered<TestType>(cloud, Serial{});
+    const auto serial = scattered<TestType>(cloud, detail::Serial{});
     const auto expected = by_definition::p2g<TestType>(cloud, serial, dt);
     // Rounding: some hundred additions a node at most; the position in cells is rounded in S, too.
     const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;
@@ -60,7 +60,7 @@ TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to 
                                                                                      grid, dt);
         CHECK(difference(numbers(grid), by_definition::p2g<TestType>(cloud, grid, dt)) < 64 * 0x1p-52);
     };
-    check(Serial{});
+    check(detail::Serial{});
     check(Coloured{2});
 }
 
@@ -99,7 +99,7 @@ TEST_CASE("Much spray is scattered band by band: each block is cleared before th
         p2g<QuadraticBSpline, Apic, MlsForce>(execution, cloud.view(), partition, grid, dt);
         return numbers(grid);
     };
-    const auto serial = scattered(Serial{}), coloured = scattered(Coloured{1});
+    const auto serial = scattered(detail::Serial{}), coloured = scattered(Coloured{1});
     CHECK(difference(serial, by_definition::p2g<Case<float, D, Apic, MlsForce>>(cloud, grid, dt)) < 64 * 0x1p-23);
     CHECK(difference(coloured, serial) < 64 * 0x1p-23);
     CHECK(scattered(Coloured{3}) == coloured);
@@ -125,7 +125,7 @@ TEMPLATE_TEST_CASE("P2G conserves mass and momentum to rounding", "", (Case<floa
         CHECK(std::abs(sums[node_mass] - expected[node_mass]) < mass_tolerance * expected[node_mass]);
     };
     const double epsilon = sizeof(S) == 4 ? 0x1p-23 : 0x1p-52;
-    check_sums(scattered<TestType>(cloud, Serial{}), 8 * epsilon, 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, detail::Serial{}), 8 * epsilon, 8 * epsilon);
     check_sums(scattered<TestType>(cloud, Coloured{2}), 8 * epsilon, 8 * epsilon);
     check_sums(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2}), 8 * epsilon, 8 * epsilon);
     // Rounding to nearest errs by half a quantum either way, √(n/12) quanta in all for n = 54,000 contributions;
@@ -150,7 +150,7 @@ TEST_CASE("Fixed-point sums have the same bits for any order of the particles") 
     CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int64_t>{2})) ==
           numbers(scattered<C>(reversed, FixedPoint<std::int64_t>{7})));
     // Floating-point sums do depend on it: the test can see a difference.
-    CHECK(numbers(scattered<C>(cloud, Serial{})) != numbers(scattered<C>(reversed, Serial{})));
+    CHECK(numbers(scattered<C>(cloud, detail::Serial{})) != numbers(scattered<C>(reversed, detail::Serial{})));
 }
 
 TEST_CASE("Fixed-point sums are the same integers with atomics and, by colours, without") {
@@ -220,7 +220,7 @@ TEST_CASE("The fixed-point scale fits the worst heap of particles and is not nee
     using C = Case<float, 3, Apic, MlsForce>;
     for (const std::size_t count : {std::size_t(1), std::size_t(10), std::size_t(5000)}) {
         auto cloud = heap(count, 3.0f);
-        const auto exact = numbers(scattered<C>(cloud, Serial{}));
+        const auto exact = numbers(scattered<C>(cloud, detail::Serial{}));
         CHECK(difference(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{})), exact) < 1e-6);
         CHECK(difference(numbers(scattered<C>(cloud, ColouredFixedPoint<std::int32_t>{})), exact) < 1e-6);
     }

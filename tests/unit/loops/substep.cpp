@@ -46,7 +46,7 @@ void check_step(const std::string& form) {
     const auto partition = partition_particles<QuadraticBSpline>(view, 3, domain);
     SparseGrid<double, 2> grid(domain);
     grid.activate(partition);
-    update_stress(Serial{}, view, partition, material, domain.cell_size);
+    update_stress(detail::Serial{}, view, partition, material, domain.cell_size);
 
     p2g<QuadraticBSpline, Apic, Force>(Coloured{}, view, partition, grid, dt);
     const auto nodes = csv::read("substep_2d_" + form + "_grid.csv");

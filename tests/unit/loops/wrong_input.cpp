@@ -41,7 +41,7 @@ TEST_CASE("masses that are not positive are refused where particles are sorted, 
 }
 
 TEMPLATE_TEST_CASE("steps that are no time, and grids without nodes, are refused before anything is written", "",
-                   Serial, Coloured, FixedPoint<>) {
+                   detail::Serial, Coloured, FixedPoint<>) {
     Program program;
     const auto partition = program.partition();
     SparseGrid<float, 2> grid(program.domain);
@@ -70,8 +70,9 @@ TEST_CASE("what a foreign program's particles have become is told with number, p
     Program program;
     const auto partition = program.partition();
     program.F[4] = float(not_a_number);
-    const std::string said = message<particle_error>(
-        [&] { update_stress(Serial{}, program.view, partition, FixedCorotated<float>{}, program.domain.cell_size); });
+    const std::string said = message<particle_error>([&] {
+        update_stress(detail::Serial{}, program.view, partition, FixedCorotated<float>{}, program.domain.cell_size);
+    });
     CAPTURE(said);
     CHECK(holds(said, "1 of 3 particles is not finite"));
     CHECK(holds(said, "particle 1 at (0.5, 0.5) m with velocity (0, 0) m/s, J = nan: not finite: its deformation"));

@@ -92,9 +92,9 @@ TEST_CASE("a simulation, and the stages by themselves, refuse such a model befor
     const auto partition = partition_particles<QuadraticBSpline>(view, 1, domain);
     SparseGrid<float, 2> grid(domain);
     grid.activate(partition);
-    CHECK_THROWS_AS(update_stress(Serial{}, view, partition, soft, 0.1), parameter_error);
+    CHECK_THROWS_AS(update_stress(detail::Serial{}, view, partition, soft, 0.1), parameter_error);
     const auto step = [&](double dt, const Elastic& material) {
-        g2p<QuadraticBSpline, Apic, MlsForce>(Serial{}, view, partition, grid, material, dt);
+        g2p<QuadraticBSpline, Apic, MlsForce>(detail::Serial{}, view, partition, grid, material, dt);
     };
     CHECK_THROWS_AS(step(1e-3, soft), parameter_error);
     for (const double dt : {-1.0, not_a_number, infinity}) CHECK_THROWS_AS(step(dt, Elastic{}), parameter_error);

@@ -108,5 +108,5 @@ TEST_CASE("Mirrored walls off the planes of nodes, or too near each other, are r
     CHECK_THROWS_AS(mirrors_of<QuadraticBSpline>(walls, domain), parameter_error);
 
     SparseGrid<float, 2> grid(domain);
-    CHECK_THROWS_AS(grid_update(Serial{}, grid, 0.1, Vec<float, 2>::zero(), walls), usage_error);
+    CHECK_THROWS_AS(grid_update(detail::Serial{}, grid, 0.1, Vec<float, 2>::zero(), walls), usage_error);
 }

@@ -39,8 +39,8 @@ TEMPLATE_TEST_CASE_SIG("FLIP and its kin blend as they are defined, with the vel
         grid_update(Coloured{2}, grid, dt, Vec<double, D>::filled(1), NoBoundary{});
         auto at_rest = start;
         for (double& s : at_rest.stress) s = 0;
-        p2g<K, Transfer, MlsForce>(Serial{}, at_rest.view(), partition, calm, dt);
-        grid_update(Serial{}, calm, dt, Vec<double, D>::zero(), NoBoundary{});
+        p2g<K, Transfer, MlsForce>(detail::Serial{}, at_rest.view(), partition, calm, dt);
+        grid_update(detail::Serial{}, calm, dt, Vec<double, D>::zero(), NoBoundary{});
         g2p<K, Transfer, MlsForce>(Coloured{2}, view, partition, grid, Dust<double>{}, dt, transfer);
         double worst = 0, differ = 0;
         for (std::size_t p = 0; p < cloud.size(); ++p) {
@@ -203,19 +203,19 @@ TEST_CASE("a blend that lacks the velocities before, a share beyond one and an o
     SparseGrid<double, 2> grid(plane);
     grid.activate(partition);
     TransferMemory<double> memory;
-    p2g<K, Flip<double>, MlsForce>(Serial{}, grid, 1e-3, set);
+    p2g<K, Flip<double>, MlsForce>(detail::Serial{}, grid, 1e-3, set);
     const auto gather = [&](const Flip<double>& flip) {
-        g2p<K, Flip<double>, MlsForce>(Serial{}, view, partition, grid, Dust<double>{}, 1e-3, flip);
+        g2p<K, Flip<double>, MlsForce>(detail::Serial{}, view, partition, grid, Dust<double>{}, 1e-3, flip);
     };
     CHECK_THROWS_AS(gather({}), usage_error);
-    before_p2g<K, Flip<double>>(Serial{}, grid, set);
-    p2g<K, Flip<double>, MlsForce>(Serial{}, grid, 1e-3, set);
+    before_p2g<K, Flip<double>>(detail::Serial{}, grid, set);
+    p2g<K, Flip<double>, MlsForce>(detail::Serial{}, grid, 1e-3, set);
     CHECK_THROWS_AS(gather({.ratio = 1.5}), parameter_error);
     CHECK_THROWS_AS(gather({.ratio = std::numeric_limits<double>::quiet_NaN()}), parameter_error);
     CHECK_NOTHROW(gather({}));
     grid.activate(partition);  // and what the layer held is lost
     CHECK_THROWS_AS(gather({}), usage_error);
-    CHECK_THROWS_AS(after_p2g<K>(Serial{}, grid, Fmpm{0}, memory, set), parameter_error);
+    CHECK_THROWS_AS(after_p2g<K>(detail::Serial{}, grid, Fmpm{0}, memory, set), parameter_error);
     for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
         CHECK_THROWS_AS(Aflip<double>{.ratio = wrong}.check(), parameter_error);
         CHECK_THROWS_AS(Asflip<double>{.ratio = wrong}.check(), parameter_error);

@@ -95,11 +95,11 @@ void step(Cloud<D>& cloud, const Domain<D>& domain, double dt, const Transfer& t
     SparseGrid<double, D> grid(domain);
     grid.activate(partition);
     TransferMemory<double> memory;
-    before_p2g<K, Transfer>(Serial{}, grid, set);
-    p2g<K, Transfer, Force>(Serial{}, grid, dt, set);
-    after_p2g<K>(Serial{}, grid, transfer, memory, set);
-    grid_update(Serial{}, grid, dt, Vec<double, D>::zero(), NoBoundary{});
-    g2p<K, Transfer, Force>(Serial{}, view, partition, grid, Dust<double>{}, dt, transfer);
+    before_p2g<K, Transfer>(detail::Serial{}, grid, set);
+    p2g<K, Transfer, Force>(detail::Serial{}, grid, dt, set);
+    after_p2g<K>(detail::Serial{}, grid, transfer, memory, set);
+    grid_update(detail::Serial{}, grid, dt, Vec<double, D>::zero(), NoBoundary{});
+    g2p<K, Transfer, Force>(detail::Serial{}, view, partition, grid, Dust<double>{}, dt, transfer);
 }
 
 /// 316 particles on a lattice of half a cell, which spin as a rigid body.

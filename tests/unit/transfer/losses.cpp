@@ -110,11 +110,11 @@ double gap_after_pulling(const Transfer& transfer) {
         const auto partition = partition_particles<K>(view, cloud.x.size(), plane, 1);
         const ParticleSet set{view, partition};
         grid.activate(partition);
-        before_p2g<K, Transfer>(Serial{}, grid, set);
-        p2g<K, Transfer, MlsForce>(Serial{}, grid, dt, set);
-        after_p2g<K>(Serial{}, grid, transfer, memory, set);
-        grid_update(Serial{}, grid, dt, Vec<double, 2>::zero(), NoBoundary{});
-        g2p<K, Transfer, MlsForce>(Serial{}, view, partition, grid, material, dt, transfer);
+        before_p2g<K, Transfer>(detail::Serial{}, grid, set);
+        p2g<K, Transfer, MlsForce>(detail::Serial{}, grid, dt, set);
+        after_p2g<K>(detail::Serial{}, grid, transfer, memory, set);
+        grid_update(detail::Serial{}, grid, dt, Vec<double, 2>::zero(), NoBoundary{});
+        g2p<K, Transfer, MlsForce>(detail::Serial{}, view, partition, grid, material, dt, transfer);
     }
     double left = -1e9, right = 1e9;
     for (std::size_t p = 0; p < cloud.x.size(); ++p)

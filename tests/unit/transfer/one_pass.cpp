@@ -83,7 +83,7 @@ TEMPLATE_TEST_CASE("Velocities go to the particles and back at once with the bit
     using S = typename TestType::S;
     Matter<S, TestType::D> matter;
     p2g<K, Fmpm, MlsForce>(Coloured{2}, matter.grid, 1e-3, matter.set());
-    detail::velocities_of_momenta(Coloured{2}, matter.grid, Mirrors{});
+    detail::velocities_of_momenta(2, matter.grid, Mirrors{});
     matter.grid.exchange(layer::last_of_series);
     auto set = detail::motion_of_set(matter.set());
     aligned_vector<S> memory;

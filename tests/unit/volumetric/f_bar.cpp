@@ -131,7 +131,7 @@ TEMPLATE_TEST_CASE_SIG("A body that expands evenly keeps the volume change of ea
     // The velocity is a x: an affine transfer keeps it in every node, also at the edge of the body.
     const Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(1.0), 1.0 / 16};
     const auto material = FixedCorotated<S>::from_young_poisson(1e3, 0.49);
-    Simulation simulation(domain, material, FBar{}, Serial{});
+    Simulation simulation(domain, material, FBar{}, detail::Serial{});
     simulation.gravity = {};
     simulation.fixed_time_step = 1e-5;
     simulation.add(sample_sphere<D>(Vec<double, D>::filled(0.5), 0.3, {.spacing = 1.0 / 40}), 1000);

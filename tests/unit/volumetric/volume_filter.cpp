@@ -39,7 +39,7 @@ struct Block {
         }
         partition = sort_particles<Kernel>(particles);
         grid.activate(partition);
-        update_stress(Serial{}, particles.view(), partition, material, h);
+        update_stress(detail::Serial{}, particles.view(), partition, material, h);
     }
     void filter(S share, const Mirrors& mirrors = {}) {
         FilterMemory<S> memory;

@@ -272,12 +272,11 @@ void sum_impulses(const Ranks& ranks, const std::vector<std::vector<PairImpulse<
 
 /// Lets mirrored walls act on the nodes beside them, which hold momenta and masses, without friction. Afterwards layer
 /// 2 of the grid has the numbers before, and layer 3 those after.
-template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
-void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, int threads) {
+template <std::floating_point S, int D, std::derived_from<Mirrors> M>
+void mirror_momenta(int threads, SparseGrid<S, D>& grid, const M& mirrors) {
     using P = native_pack<S>;
     keep_in_layer(grid, layer::before_mirroring, threads);
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
-    mirror_nodes(execution, grid, mirrors, false);
+    velocities_of_momenta(threads, grid, mirrors);
     for_nodes(grid, threads, [](S* node, std::size_t) {
         P r[4];
         const Vec<P, D> v = load_node_vectors<D>(node, r);
@@ -287,7 +286,7 @@ void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M&
 }
 /// Gives the nodes the numbers that they had before mirror_momenta(), and the change of velocity since then.
 template <std::floating_point S, int D>
-void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
+void undo_mirrors(int threads, SparseGrid<S, D>& grid) {
     using P = native_pack<S>;
     for_nodes(grid, threads,
               [of_before = grid.layer(layer::before_mirroring), of_mirrored = grid.layer(layer::mirrored)](
@@ -300,6 +299,35 @@ void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
                   r[node_mass] = before[node_mass];
                   store_node_vectors(p_before + change * part, r, node);
               });
+}
+
+/// Does the work of meet_groups().
+template <class Kernel, class Law, class Ranks, std::floating_point S, int D, std::derived_from<Mirrors> M, class View>
+void let_groups_meet(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, const Law& law, double dt,
+                     const M& mirrors, ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses,
+                     ParticleSets<View> sets) {
+    const auto& places = memory.meetings.places();
+    if (memory.of_threads.size() < std::size_t(threads)) memory.of_threads.resize(std::size_t(threads));
+    memory.meeting_nodes.resize(memory.meetings.copies().size());
+    memory.of_places.resize(places.size());
+    const bool is_mirrored = !mirrors.planes.empty() && !places.empty();
+    parallel_region(threads, [&] {
+        if (is_mirrored) mirror_momenta(threads, grid, mirrors);
+        ranks.bring_copies(grid);
+        const S* const masses = is_mirrored ? grid.layer(layer::before_mirroring) : nullptr;
+        parallel_for(
+            places.size(), threads, [&](std::size_t i, int) { find_meeting_nodes(grid, places[i], memory); }, 16);
+        memory.meetings.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
+        parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
+            memory.of_places[i].clear();
+            meet_at(ranks, grid, masses, memory.meetings, places[i], memory.meeting_nodes.data() + places[i].first, law,
+                    dt, memory.of_threads[std::size_t(thread)], impulses ? &memory.of_places[i] : nullptr);
+        });
+        if (is_mirrored) undo_mirrors(threads, grid);
+    });
+    if (!impulses) return;
+    impulses->on_first.clear();
+    sum_impulses(ranks, memory.of_places, *impulses);
 }
 
 }  // namespace detail
@@ -339,32 +367,8 @@ template <class Kernel, class Law, class Execution, std::floating_point S, int D
           class View>
 void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const M& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, ParticleSets<View> sets) {
-    const auto ranks = ranks_of(execution);
-    const auto& places = memory.meetings.places();
-    const int threads = thread_count(requested_threads(execution));
-    if (memory.of_threads.size() < std::size_t(threads)) memory.of_threads.resize(std::size_t(threads));
-    memory.meeting_nodes.resize(memory.meetings.copies().size());
-    memory.of_places.resize(places.size());
-    const bool is_mirrored = !mirrors.planes.empty() && !places.empty();
-    parallel_region(threads, [&] {
-        if (is_mirrored) detail::mirror_momenta(execution, grid, mirrors, threads);
-        ranks.bring_copies(grid);
-        const S* const masses = is_mirrored ? grid.layer(layer::before_mirroring) : nullptr;
-        parallel_for(
-            places.size(), threads, [&](std::size_t i, int) { detail::find_meeting_nodes(grid, places[i], memory); },
-            16);
-        memory.meetings.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
-        parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
-            memory.of_places[i].clear();
-            detail::meet_at(ranks, grid, masses, memory.meetings, places[i],
-                            memory.meeting_nodes.data() + places[i].first, law, dt,
-                            memory.of_threads[std::size_t(thread)], impulses ? &memory.of_places[i] : nullptr);
-        });
-        if (is_mirrored) detail::undo_mirrors(grid, threads);
-    });
-    if (!impulses) return;
-    impulses->on_first.clear();
-    detail::sum_impulses(ranks, memory.of_places, *impulses);
+    detail::let_groups_meet(detail::threads_of(execution), ranks_of(execution), grid, law, dt, mirrors, memory,
+                            impulses, sets);
 }
 
 }  // namespace firn::inline FIRN_BUILD

@@ -5,7 +5,7 @@
 #include <firn/data/kernel_facts.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/loops/execution.hpp>
-#include <firn/stage/mirror.hpp>
+#include <firn/stage/mirror_planes.hpp>
 
 #include <functional>
 #include <span>
@@ -18,10 +18,22 @@ namespace firn::inline FIRN_BUILD {
 template <std::floating_point S, int D>
 class SetList;
 
-/// What the processes of a run tell each other. Every function is called on all of them in the same order. The
-/// functions of OneRank say what each does.
+/// What sums over the grid need of the processes of a run.
+class RankSums {
+public:
+    /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
+    virtual bool counts(std::size_t block) const = 0;
+    /// Adds up the sums of all ranks; each rank then has the sums over all.
+    virtual void merge(std::span<ExactSum> sums) const = 0;
+
+protected:
+    ~RankSums() = default;
+};
+
+/// What the processes of a run tell each other. Every function except counts() is called on all of them in the same
+/// order. The functions of OneRank say what each does.
 template <std::floating_point S, int D>
-class RanksOf {
+class RanksOf : public RankSums {
 public:
     /// Returns which part of new particles this rank takes.
     virtual Share share() const = 0;
@@ -51,8 +63,6 @@ public:
     /// `right` is true on all ranks.
     virtual void end_g2p(SetList<S, D>& sets, double time, bool right, double& acceleration,
                          const std::function<void()>& describe) const = 0;
-    /// Adds up the sums of all ranks; each rank then has the sums over all.
-    virtual void merge(std::span<ExactSum> sums) const = 0;
     /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     virtual bool has_lost(std::size_t number) const = 0;
 
@@ -90,12 +100,24 @@ public:
                  const std::function<void()>& describe) const override {
         ranks_.end_g2p(sets, time, right, acceleration, describe);
     }
+    bool counts(std::size_t block) const override { return ranks_.template counts<D>(block); }
     void merge(std::span<ExactSum> sums) const override { ranks_.merge(sums); }
     bool has_lost(std::size_t number) const override { return ranks_.has_lost(number); }
 
 private:
     Ranks ranks_;
 };
+
+/// Returns what the ranks of an execution tell each other.
+template <std::floating_point S, int D, class Execution>
+auto all_ranks(const Execution& execution) {
+    return RanksAs<S, D, decltype(ranks_of(execution))>(ranks_of(execution));
+}
+/// As all_ranks(), for work that neither counts nor sums, or that one process does.
+template <std::floating_point S, int D>
+RanksAs<S, D, OneRank> one_rank() {
+    return RanksAs<S, D, OneRank>(OneRank());
+}
 }  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD
