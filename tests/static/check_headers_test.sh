@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# check_headers_test.sh FOLDER: plants one mistake at a time under FOLDER and asks check_headers.sh to name it.
+# check_headers_test.sh: plants one mistake at a time in a folder of its own and asks check_headers.sh to name it.
 set -euo pipefail
 
 check=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/check_headers.sh
-folder=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
 failed=0
 
 # planted EXPECTED HEADER LINE...: a tree that holds HEADER with the lines; EXPECTED '' means that all is well.

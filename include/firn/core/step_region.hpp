@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -63,23 +64,11 @@ inline bool helpers_may_be_left_out = true;
 /// Takes at most `most` steps: calls body(most) in a parallel region. If helpers (other threads) would slow the steps
 /// down, steps_region() calls body(n) on the calling thread alone instead, with n ≤ `most`.
 /// \param body  body(n) takes at most n steps and returns the number of steps taken
-template <class Body>
-void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
-    if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)
-        return parallel_region(workers, [&] { body(most); });
-    double inside = 0;  // computing time of body() [s]
-    std::uint64_t taken = 0;
-    const auto timed_body = [&](std::uint64_t steps) {
-        const double begin = seconds_now();
-        taken = body(steps);
-        inside = seconds_now() - begin;
-    };
-    const double begin = seconds_now();
-    if (const std::uint64_t alone = helpers.steps_alone(); alone > 0)
-        on_this_thread([&] { timed_body(std::min(alone, most)); });
-    else
-        parallel_region(workers, [&] { timed_body(most); });
-    helpers.took(seconds_now() - begin, inside, taken);
-}
+void steps_region(int workers, std::uint64_t most, StepHelpers& helpers,
+                  const std::function<std::uint64_t(std::uint64_t)>& body);
 
 }  // namespace firn::inline FIRN_BUILD::detail
+
+#if FIRN_HAS_BODIES
+#include <firn/core/step_region-inl.hpp>
+#endif

@@ -47,23 +47,8 @@ protected:
     /// \param last_step  a region ends at the latest when the run has taken this many steps
     /// \param is_done    is_done() returns true when no further step is to be taken
     /// \param step       step(warning) takes one step; or it writes a text to `warning` and takes no step
-    template <class IsDone, class Step>
-    void take_steps(int workers, std::uint64_t last_step, const IsDone& is_done, const Step& step) {
-        std::string warning;
-        while (!is_done()) {
-            const std::uint64_t most = detail::regions_span_steps() ? last_step - now_.steps : 1;
-            detail::steps_region(workers, most, helpers_, [&](std::uint64_t wanted) {
-                std::uint64_t taken = 0;
-                for (; taken < wanted && !is_done(); ++taken) {
-                    step(warning);
-                    if (!warning.empty()) break;
-                }
-                return taken;
-            });
-            if (!warning.empty() && speaks_) warn(warning);
-            warning.clear();
-        }
-    }
+    void take_steps(int workers, std::uint64_t last_step, const std::function<bool()>& is_done,
+                    const std::function<void(std::string&)>& step);
 
     bool speaks_ = true;  ///< Whether warnings are given: of several processes, only one gives them.
     Moment now_;          ///< Time and number of steps so far, and the size of the last step.
@@ -73,3 +58,7 @@ private:
 };
 
 }  // namespace firn::inline FIRN_BUILD
+
+#if FIRN_HAS_BODIES
+#include <firn/core/stepper-inl.hpp>
+#endif

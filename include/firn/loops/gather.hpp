@@ -170,6 +170,39 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer, Force>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
+/// Computes the sums over nodes for a pack, from an arena. The function is not inlined: it knows no material, so one
+/// instance serves all. A pack is work enough for a call.
+/// \param nodes  the arena's nodes;  \param n  number of nodes along each axis of the arena
+template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
+[[gnu::noinline]] void gather_from_arena(const PackWeights<Kernel, S, D, gradients>& weights, const S* nodes, int n,
+                                         PackSums<Kernel, moments, gradients, S, D>& sums) {
+    sums.gather(weights, [&](int l, auto line) FIRN_LAMBDA {
+        return row<S, Kernel::support>::load(nodes + weights.corner[l] + line_begin<Kernel, D>(line, n) * node_width);
+    });
+}
+/// The same for a pack of spray, from the grid.
+/// \param numbers  the numbers of a layer;  \param rows  the rows of nodes around each particle
+/// \param used     number of particles of the pack; the other lanes are padding, for which any nodes will do
+template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
+[[gnu::noinline]] void gather_from_grid(const PackWeights<Kernel, S, D, gradients>& weights, const S* numbers,
+                                        const RowsInGrid<Kernel, D>* rows, int used,
+                                        PackSums<Kernel, moments, gradients, S, D>& sums) {
+    sums.gather(weights, [&](int l, auto row) FIRN_LAMBDA {
+        const RowsInGrid<Kernel, D>& of = rows[l < used ? l : 0];
+        return row_of_runs<S, Kernel::support>::of_runs(numbers + of.first[row], numbers + of.second[row], of.split);
+    });
+}
+
+/// Copies the numbers of the nodes around a group to an arena.
+template <class Kernel, std::floating_point S, int D>
+[[gnu::noinline]] void fill_arena(Arena<Kernel, S, D>& arena, const S* numbers, const BlocksAround<D>& around,
+                                  const BlockGroup& group, const ArenaBox<D>& box) {
+    arena.clear(group, box);
+    arena.for_runs(numbers, around, box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
+        exact_row<S, count>::load(from).store(arena.node + to);
+    });
+}
+
 /// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
 /// unless the group is spray (few particles in sparse blocks, see is_spray). For spray, the values are read
 /// from the grid, node by node.
@@ -196,12 +229,7 @@ public:
         }
         const BlocksAround<D> around(grid, partition, group);
         const ArenaBox<D> box = places.template box<Kernel>(group);
-        for (std::size_t k = 0; k < Layers; ++k) {
-            arena_[k].clear(group, box);
-            arena_[k].for_runs(numbers_[k], around, box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
-                exact_row<S, count>::load(from).store(arena_[k].node + to);
-            });
-        }
+        for (std::size_t k = 0; k < Layers; ++k) fill_arena(arena_[k], numbers_[k], around, group, box);
     }
 
     /// Computes the weights and positions of the particles of one pack, and stores them in `pack`. If the group is
@@ -221,9 +249,9 @@ public:
     template <int layer, class Pack, class Sums>
     FIRN_INLINE void gather(const Pack& pack, Sums& sums) const {
         if (is_spray_)
-            gather_in_grid<layer>(pack, sums);
+            gather_from_grid(pack.weights, numbers_[layer], rows_, used_, sums);
         else
-            gather_in_arena<layer>(pack, sums);
+            gather_from_arena(pack.weights, arena_[layer].node, arena_[layer].n, sums);
     }
 
 private:
@@ -241,22 +269,6 @@ private:
                 }
             });
         }
-    }
-
-    template <int layer, class Pack, class Sums>
-    FIRN_INLINE void gather_in_grid(const Pack& pack, Sums& sums) const {
-        sums.gather(pack.weights, [&](int l, auto row) FIRN_LAMBDA {
-            const Rows& rows = rows_[l < used_ ? l : 0];  // the other lanes are padding, for which any nodes will do
-            return row_of_runs<S, Kernel::support>::of_runs(numbers_[layer] + rows.first[row],
-                                                            numbers_[layer] + rows.second[row], rows.split);
-        });
-    }
-    template <int layer, class Pack, class Sums>
-    FIRN_INLINE void gather_in_arena(const Pack& pack, Sums& sums) const {
-        sums.gather(pack.weights, [&, n = arena_[layer].n](int l, auto line) FIRN_LAMBDA {
-            return row<S, Kernel::support>::load(arena_[layer].node + pack.weights.corner[l] +
-                                                 line_begin<Kernel, D>(line, n) * node_width);
-        });
     }
 
     const SparseGrid<S, D>& grid_;
