@@ -173,8 +173,8 @@ using TransferSums =
 /// Computes the sums over nodes for a pack, from an arena. The function is not inlined: it knows no material, so one
 /// instance serves all. A pack is work enough for a call.
 /// \param nodes  the arena's nodes;  \param n  number of nodes along each axis of the arena
-template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
-[[gnu::noinline]] void gather_from_arena(const PackWeights<Kernel, S, D, gradients>& weights, const S* nodes, int n,
+template <class Kernel, bool has_gradients, bool moments, bool gradients, std::floating_point S, int D>
+[[gnu::noinline]] void gather_from_arena(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* nodes, int n,
                                          PackSums<Kernel, moments, gradients, S, D>& sums) {
     sums.gather(weights, [&](int l, auto line) FIRN_LAMBDA {
         return row<S, Kernel::support>::load(nodes + weights.corner[l] + line_begin<Kernel, D>(line, n) * node_width);
@@ -183,8 +183,8 @@ template <class Kernel, bool moments, bool gradients, std::floating_point S, int
 /// The same for a pack of spray, from the grid.
 /// \param numbers  the numbers of a layer;  \param rows  the rows of nodes around each particle
 /// \param used     number of particles of the pack; the other lanes are padding, for which any nodes will do
-template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
-[[gnu::noinline]] void gather_from_grid(const PackWeights<Kernel, S, D, gradients>& weights, const S* numbers,
+template <class Kernel, bool has_gradients, bool moments, bool gradients, std::floating_point S, int D>
+[[gnu::noinline]] void gather_from_grid(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* numbers,
                                         const RowsInGrid<Kernel, D>* rows, int used,
                                         PackSums<Kernel, moments, gradients, S, D>& sums) {
     sums.gather(weights, [&](int l, auto row) FIRN_LAMBDA {
