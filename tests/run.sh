@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/run.sh [--ci | --full]: installs missing packages (clang 19 only if apt offers it), builds firn's tests and runs
-# them. Without an option, that takes six minutes on two processors: each unit test once, the physics, golden bits, the
+# them. Without an option, that takes five minutes on two processors: each unit test once, the physics, golden bits, the
 # layers of headers, README, and what the compiler must refuse.
 #   --ci     runs also all unit tests sanitized, as users compile, or in the portable build, with pairwise combinations;
 #            examples, programs for GPUs, WebAssembly, several ranks, all packages, fuzzers
