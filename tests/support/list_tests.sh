@@ -15,12 +15,13 @@ names=$("$program" "${list[@]}" ${which:+"$which"} || true) # version 2 returns 
 [[ -n $names ]] || { echo "$program lists no tests" >&2; exit 1; }
 
 title=${program##*/}
-while IFS= read -r name; do
-    pattern=$(sed 's/[][\\,"~]/\\&/g' <<<"$name") # what Catch's test specification would read as more than a letter
+# What Catch's test specification would read as more than a letter gets a backslash.
+paste -d '\n' <(printf '%s\n' "$names") <(sed 's/[][\\,"~]/\\&/g' <<<"$names") | while IFS= read -r name; do
+    IFS= read -r pattern
     printf 'add_test([==[%s: %s]==] [==[%s]==] [==[%s]==] --warn %s)\n' \
         "$title" "$name" "$program" "$pattern" "$unmatched"
     printf 'set_tests_properties([==[%s: %s]==] PROPERTIES LABELS %s TIMEOUT 600)\n' "$title" "$name" "$label"
-done <<<"$names" >"$output"
+done >"$output"
 
 cat >>"$output" <<END
 if(CTEST_CONFIGURATION_TYPE STREQUAL "Full")
