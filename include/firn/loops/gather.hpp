@@ -170,12 +170,12 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer, Force>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// Computes the sums over nodes for a pack, from an arena. The function is not inlined: it knows no material, so one
-/// instance serves all. A pack is work enough for a call.
+/// Computes the sums over nodes for a pack, from an arena. With firn::compiled the function is not inlined: it knows no
+/// material, so one instance serves all.
 /// \param nodes  the arena's nodes;  \param n  number of nodes along each axis of the arena
 template <class Kernel, bool has_gradients, bool moments, bool gradients, std::floating_point S, int D>
-[[gnu::noinline]] void gather_from_arena(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* nodes, int n,
-                                         PackSums<Kernel, moments, gradients, S, D>& sums) {
+FIRN_INLINE_OR_COMPILED void gather_from_arena(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* nodes,
+                                               int n, PackSums<Kernel, moments, gradients, S, D>& sums) {
     sums.gather(weights, [&](int l, auto line) FIRN_LAMBDA {
         return row<S, Kernel::support>::load(nodes + weights.corner[l] + line_begin<Kernel, D>(line, n) * node_width);
     });
@@ -184,9 +184,9 @@ template <class Kernel, bool has_gradients, bool moments, bool gradients, std::f
 /// \param numbers  the numbers of a layer;  \param rows  the rows of nodes around each particle
 /// \param used     number of particles of the pack; the other lanes are padding, for which any nodes will do
 template <class Kernel, bool has_gradients, bool moments, bool gradients, std::floating_point S, int D>
-[[gnu::noinline]] void gather_from_grid(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* numbers,
-                                        const RowsInGrid<Kernel, D>* rows, int used,
-                                        PackSums<Kernel, moments, gradients, S, D>& sums) {
+FIRN_INLINE_OR_COMPILED void gather_from_grid(const PackWeights<Kernel, S, D, has_gradients>& weights, const S* numbers,
+                                              const RowsInGrid<Kernel, D>* rows, int used,
+                                              PackSums<Kernel, moments, gradients, S, D>& sums) {
     sums.gather(weights, [&](int l, auto row) FIRN_LAMBDA {
         const RowsInGrid<Kernel, D>& of = rows[l < used ? l : 0];
         return row_of_runs<S, Kernel::support>::of_runs(numbers + of.first[row], numbers + of.second[row], of.split);
@@ -195,8 +195,8 @@ template <class Kernel, bool has_gradients, bool moments, bool gradients, std::f
 
 /// Copies the numbers of the nodes around a group to an arena.
 template <class Kernel, std::floating_point S, int D>
-[[gnu::noinline]] void fill_arena(Arena<Kernel, S, D>& arena, const S* numbers, const BlocksAround<D>& around,
-                                  const BlockGroup& group, const ArenaBox<D>& box) {
+FIRN_INLINE_OR_COMPILED void fill_arena(Arena<Kernel, S, D>& arena, const S* numbers, const BlocksAround<D>& around,
+                                        const BlockGroup& group, const ArenaBox<D>& box) {
     arena.clear(group, box);
     arena.for_runs(numbers, around, box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
         exact_row<S, count>::load(from).store(arena.node + to);
