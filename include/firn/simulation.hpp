@@ -23,6 +23,7 @@
 #include <firn/transfer/apic.hpp>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -384,8 +385,10 @@ private:
         StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, this->domain())};
         all_ranks.use_mirrors(now.mirrors.planes);
         now.is_uniform = detail::is_uniform<Acceleration>;
-        now.update_grid = [&] { return update_grid(now, acceleration); };
-        now.likely_cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
+        const auto update = [&] { return update_grid(now, acceleration); };
+        const auto cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
+        now.update_grid = std::ref(update);
+        now.likely_cause = std::ref(cause);
         this->take_passes(now);
     }
     template <class Acceleration>

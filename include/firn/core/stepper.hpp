@@ -47,13 +47,19 @@ protected:
     /// \param last_step  a region ends at the latest when the run has taken this many steps
     /// \param is_done    is_done() returns true when no further step is to be taken
     /// \param step       step(warning) takes one step; or it writes a text to `warning` and takes no step
-    void take_steps(int workers, std::uint64_t last_step, const std::function<bool()>& is_done,
-                    const std::function<void(std::string&)>& step);
+    template <class IsDone, class Step>
+    void take_steps(int workers, std::uint64_t last_step, const IsDone& is_done, const Step& step) {
+        run_steps(workers, last_step, std::ref(is_done), std::ref(step));  // no allocations in each step()
+    }
 
     bool speaks_ = true;  ///< Whether warnings are given: of several processes, only one gives them.
     Moment now_;          ///< Time and number of steps so far, and the size of the last step.
 
 private:
+    /// Does the work of take_steps().
+    void run_steps(int workers, std::uint64_t last_step, const std::function<bool()>& is_done,
+                   const std::function<void(std::string&)>& step);
+
     detail::StepHelpers helpers_;
 };
 
