@@ -170,6 +170,8 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer, Force>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
+namespace detail {
+
 /// Computes the sums over nodes for a pack, from an arena. With firn::compiled the function is not inlined: it knows no
 /// material, so one instance serves all.
 /// \param nodes  the arena's nodes;  \param n  number of nodes along each axis of the arena
@@ -203,6 +205,8 @@ FIRN_INLINE_OR_COMPILED void fill_arena(Arena<Kernel, S, D>& arena, const S* num
     });
 }
 
+}  // namespace detail
+
 /// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
 /// unless the group is spray (few particles in sparse blocks, see is_spray). For spray, the values are read
 /// from the grid, node by node.
@@ -229,7 +233,7 @@ public:
         }
         const BlocksAround<D> around(grid, partition, group);
         const ArenaBox<D> box = places.template box<Kernel>(group);
-        for (std::size_t k = 0; k < Layers; ++k) fill_arena(arena_[k], numbers_[k], around, group, box);
+        for (std::size_t k = 0; k < Layers; ++k) detail::fill_arena(arena_[k], numbers_[k], around, group, box);
     }
 
     /// Computes the weights and positions of the particles of one pack, and stores them in `pack`. If the group is
@@ -249,9 +253,9 @@ public:
     template <int layer, class Pack, class Sums>
     FIRN_INLINE void gather(const Pack& pack, Sums& sums) const {
         if (is_spray_)
-            gather_from_grid(pack.weights, numbers_[layer], rows_, used_, sums);
+            detail::gather_from_grid(pack.weights, numbers_[layer], rows_, used_, sums);
         else
-            gather_from_arena(pack.weights, arena_[layer].node, arena_[layer].n, sums);
+            detail::gather_from_arena(pack.weights, arena_[layer].node, arena_[layer].n, sums);
     }
 
 private:

@@ -81,13 +81,13 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volum
     where template double detail::StepBound::find(const detail::StepInputs<S, D>&, double, double);                   \
     where template void detail::Warnings::of_start(const SetList<S, D>&, const Domain<D>&, const Walls<S, D>&, bool,  \
                                                    const detail::Warnings::Warn&, const RanksOf<S, D>&);              \
-    where template void fill_arena(Arena<QuadraticBSpline, S, D>&, const S*, const BlocksAround<D>&,                  \
-                                   const BlockGroup&, const ArenaBox<D>&);                                            \
-    where template void gather_from_arena(const PackWeights<QuadraticBSpline, S, D, false>&, const S*, int,           \
-                                          PackSums<QuadraticBSpline, true, false, S, D>&);                            \
-    where template void gather_from_grid(const PackWeights<QuadraticBSpline, S, D, false>&, const S*,                 \
-                                         const RowsInGrid<QuadraticBSpline, D>*, int,                                 \
-                                         PackSums<QuadraticBSpline, true, false, S, D>&);                             \
+    where template void detail::fill_arena(Arena<QuadraticBSpline, S, D>&, const S*, const BlocksAround<D>&,          \
+                                           const BlockGroup&, const ArenaBox<D>&);                                    \
+    where template void detail::gather_from_arena(const PackWeights<QuadraticBSpline, S, D, false>&, const S*, int,   \
+                                                  PackSums<QuadraticBSpline, true, false, S, D>&);                    \
+    where template void detail::gather_from_grid(const PackWeights<QuadraticBSpline, S, D, false>&, const S*,         \
+                                                 const RowsInGrid<QuadraticBSpline, D>*, int,                         \
+                                                 PackSums<QuadraticBSpline, true, false, S, D>&);                     \
     where template void p2g<QuadraticBSpline, Apic, MlsForce>(const Coloured&, SparseGrid<S, D>&, double,             \
                                                               ParticleSets<MotionView<S, D, BlockedSpan<S>>>);        \
     where template double detail::update_grid(int, const RankSums&, SparseGrid<S, D>&, double, const Vec<double, D>&, \
