@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# check_requirements.sh COMPILER INCLUDE EIGEN HEADER...: a compiler that is too old, C++17, options that change the arithmetic, and
-# a program that does not link what it includes are told so in a few lines, whichever header they meet first; this
-# compiler is not.
+# check_requirements.sh COMPILER INCLUDE EIGEN HEADER...: a compiler that is too old, C++17, options that change the
+# arithmetic, and a program that does not link what it includes are told so in a few lines, whichever header they meet
+# first; this compiler is not.
 set -euo pipefail
 export LC_ALL=C
 
