@@ -61,11 +61,13 @@ struct dual {
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};
     }
-    /// Returns √a. Where a is zero, the derivative of the result is infinite or NaN.
+    /// Returns √a. Where the derivative of a is zero, so is that of the result: also at a = 0, so that the norm of a
+    /// zero vector has the derivative 0. Elsewhere at a = 0 the derivative of the result is infinite.
     FIRN_INLINE friend dual sqrt(dual a) {
         using firn::sqrt;
         const T root = sqrt(a.value);
-        return {root, a.derivative / (root + root)};
+        const auto constant = a.derivative == T(0);
+        return {root, select(constant, T(0), a.derivative / select(constant, T(1), root + root))};
     }
     /// Returns |a|.
     FIRN_INLINE friend dual abs(dual a) { return select(a.value < T(0), -a, a); }

@@ -3,7 +3,7 @@
 
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/math/exp_log.hpp>
-#include <firn/math/principal_axes.hpp>
+#include <firn/math/isotropic_function.hpp>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -153,17 +153,18 @@ struct Snow {
             const Principal<S, D> p = principal_stretches(trial.F);
             mask_t<S> yields = S(1) < S(0);
             const S rounding = S(detail::strain_rounding<S>);
-            Vec<S, D> change;  // of the stretches, relative
+            const auto change = [this](const S& sigma) FIRN_LAMBDA {  // of the stretches, relative
+                const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
+                return (max(min(sigma, highest_stretch), lowest_stretch) - divisor) / divisor;
+            };
             S volume = trial.plastic_volume;
             unroll<D>([&](auto i) FIRN_LAMBDA {
                 const S sigma = p.stretches.v[i];
                 yields = yields | (sigma < lowest_stretch - rounding) | (highest_stretch + rounding < sigma);
-                const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
-                change.v[i] = (max(min(sigma, highest_stretch), lowest_stretch) - divisor) / divisor;
-                volume = volume / (S(1) + change.v[i]);
+                volume = volume / (S(1) + change(sigma));
             });
             const Mat<S, D>& whole = trial.F;
-            const auto F = select(yields, increased(trial.F, spectral(p.directions, change) * whole), trial.F);
+            const auto F = select(yields, increased(trial.F, isotropic_function(whole, p, change) * whole), trial.F);
             volume = select(yields, max(min(volume, S(0x1p20)), S(0)), trial.plastic_volume);
             snow.F = select(doubtful, F, trial.F);
             snow.plastic_volume = select(doubtful, volume, trial.plastic_volume);

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <firn/math/exp_log.hpp>
-#include <firn/math/principal_axes.hpp>
+#include <firn/math/isotropic_function.hpp>
 
 #include <array>
 
@@ -116,9 +116,7 @@ constexpr std::array<double, highest + 1> series_of_stretch_ratio() {
 template <class S, int D>
 [[gnu::noinline]] void strain_in_principal_axes(const Mat<S, D>& F, Mat<S, D>& strain) {
     const Principal<S, D> own = principal_stretches(F);
-    Vec<S, D> principal;
-    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(own.stretches.v[i], S(least_stretch))); });
-    strain = spectral(own.directions, principal);
+    strain = isotropic_function(F, own, [](const S& sigma) FIRN_LAMBDA { return log(max(sigma, S(least_stretch))); });
 }
 
 /// Computes the matrix X for which F + X F has other principal stretches σ′ than F (σ): X = U diag(σ′/σ − 1) Uᵀ, where
@@ -130,13 +128,9 @@ template <class S, int D, class Stretch>
 [[gnu::noinline]] void change_in_principal_axes(const Mat<S, D>& F, const Mat<S, D>& A, const Stretch& stretch,
                                                 Mat<S, D>& change) {
     const Principal<S, D> own = principal_stretches(F);
-    const Mat<S, D> turned = transpose(own.directions) * A * own.directions;
-    Vec<S, D> principal;
-    unroll<D>([&](auto i) FIRN_LAMBDA {
-        const S sigma = own.stretches.v[i];
-        principal.v[i] = stretch(turned(i, i), sigma) / select(abs(sigma) < S(1e-9), S(1e-9), sigma) - S(1);
+    change = isotropic_function(F, own, A, [&](const S& a, const S& sigma) FIRN_LAMBDA {
+        return stretch(a, sigma) / select(abs(sigma) < S(1e-9), S(1e-9), sigma) - S(1);
     });
-    change = spectral(own.directions, principal);
 }
 
 /// Returns F + X F. In the lanes of `rare`, X is that of change_in_principal_axes(); in all others it is `change`.

@@ -14,7 +14,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
-/// Returns the matrix U diag(d) Uᵀ. The result is exactly symmetric.
+/// Returns the matrix U diag(d) Uᵀ. The result is exactly symmetric. With dual numbers it has the derivative that U and
+/// d have; where U has none, at equal stretches, isotropic_function() gives it.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     return detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {

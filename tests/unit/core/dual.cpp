@@ -14,6 +14,8 @@ TEST_CASE("derivatives of each operation, by its rule", "[core][dual]") {
     CHECK((x / y).derivative == Approx((1 * 2 - 3 * -0.5) / 4).epsilon(1e-15));
     CHECK((-x).derivative == -1);
     CHECK(sqrt(x).derivative == Approx(0.5 / std::sqrt(3.0)).epsilon(1e-15));
+    CHECK(sqrt(dual<double>(0)).derivative == 0);  // as of the norm of a zero vector
+    CHECK(std::isinf(sqrt(dual<double>(0, 1)).derivative));
     CHECK(abs(-x).derivative == 1);
     CHECK(abs(x).derivative == 1);
     CHECK(floor(D1(2.5, 1)).derivative == 0);
