@@ -86,4 +86,36 @@ struct scalar_traits<dual<T>> {
     static constexpr bool has_friends = true;              ///< makes `firn::has_friends<S>` true for dual numbers
 };
 
+/// \name What every number with derivatives has
+/// Dual numbers, and the traced numbers of core/traced.hpp.
+/// @{
+
+/// Returns the value without the derivative.
+template <class T>
+FIRN_INLINE const T& plain(const dual<T>& x) {
+    return x.value;
+}
+/// Returns a number with this value, and with the derivative of x.
+template <class T>
+FIRN_INLINE dual<T> with_value(const dual<T>& x, const T& value) {
+    return {value, x.derivative};
+}
+/// The value and the slope of a function at a point.
+template <class T>
+struct ValueAndSlope {
+    T value,    ///< f(x)
+        slope;  ///< f′(x)
+};
+/// Returns f(x) and f′(x) of a function of one number with derivatives. f may depend on other such numbers.
+/// \param f  takes and returns a dual<T>
+template <class T, class Function>
+FIRN_INLINE ValueAndSlope<T> value_and_slope(std::type_identity<dual<T>>, const Function& f, const T& x) {
+    const dual<T> at_rest = f(dual<T>{x, T(0)});
+    return {at_rest.value, f(dual<T>{x, T(1)}).derivative - at_rest.derivative};
+}
+/// A number with derivatives.
+template <class S>
+concept has_derivatives = requires(const S x) { plain(x); };
+/// @}
+
 }  // namespace firn::inline FIRN_BUILD

@@ -16,76 +16,85 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
-/// Returns the divided difference f[x, y] of a function of one dual number.
+/// Returns the divided difference f[x, y] of a function of one number S with derivatives.
 ///
 /// It is the quotient of differences, but the mean of the two slopes where the two agree up to rounding: for close x
 /// and y the mean has the smaller error, and for x = y it is f′(x). If a kink of f lies between x and y, they agree
 /// only if the quotient is lost in rounding. f has the rounding errors of numbers of about 1, as strains have.
-template <class T, class Function>
+template <class S, class T, class Function>
 FIRN_INLINE T divided_difference(const Function& f, const T& x, const T& y) {
-    // f may depend on other dual numbers, too: their part is in the derivative of f at a fixed x.
-    const dual<T> at_x = f(dual<T>{x, T(0)}), at_y = f(dual<T>{y, T(0)});
-    const T slope_x = f(dual<T>{x, T(1)}).derivative - at_x.derivative;
-    const T slope_y = f(dual<T>{y, T(1)}).derivative - at_y.derivative;
+    const ValueAndSlope<T> at_x = value_and_slope(std::type_identity<S>{}, f, x),
+                           at_y = value_and_slope(std::type_identity<S>{}, f, y);
     const T rounding = T(8 * double(std::numeric_limits<value_type_t<T>>::epsilon())) *
                        max(T(1), max(firn::abs(at_x.value), firn::abs(at_y.value)));
-    const T apart = x - y, difference = at_x.value - at_y.value, slope = T(0.5) * (slope_x + slope_y);
+    const T apart = x - y, difference = at_x.value - at_y.value, slope = T(0.5) * (at_x.slope + at_y.slope);
     const auto close = firn::abs(difference - slope * apart) <= rounding;
     return select(close, slope, difference / select(apart == T(0), T(1), apart));
 }
 
-/// What the derivative of an isotropic function needs: the directions and stretches of a dual F without derivatives,
-/// and the derivative of its left stretch in these directions.
-template <class T, int D>
-struct TurnedChange {
-    Mat<T, D> directions;  ///< U
-    Vec<T, D> stretches;   ///< σ
-    Mat<T, D> stretch;     ///< Uᵀ dV U; off the diagonal it is 0 where σᵢ + σⱼ = 0, since V has no derivative there
+/// Returns a matrix without derivatives as one of numbers with derivatives.
+template <class S, class T, int D>
+FIRN_INLINE Mat<S, D> constant_matrix(const Mat<T, D>& A) {
+    Mat<S, D> constant;
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { constant.m[k] = S(A.m[k]); });
+    return constant;
+}
+/// Returns Uᵀ A U for directions U without derivatives.
+template <class S, class T, int D>
+FIRN_INLINE Mat<S, D> turned_to(const Mat<T, D>& directions, const Mat<S, D>& A) {
+    return constant_matrix<S>(transpose(directions)) * A * constant_matrix<S>(directions);
+}
 
-    /// \param F    a matrix with its derivative;  \param own  its principal stretches
-    FIRN_INLINE TurnedChange(const Mat<dual<T>, D>& F, const Principal<dual<T>, D>& own) {
-        Mat<T, D> value, change;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA {
-            value.m[k] = F.m[k].value;
-            change.m[k] = F.m[k].derivative;
-            directions.m[k] = own.directions.m[k].value;
-        });
+/// The left stretch V of a matrix F of numbers with derivatives, in its principal directions.
+template <class S, int D>
+struct TurnedStretch {
+    using T = std::remove_cvref_t<decltype(plain(std::declval<S>()))>;
+
+    Mat<T, D> directions;  ///< U, without derivatives
+    Mat<S, D> stretch;  ///< Uᵀ V U: σ on the diagonal, 0 off it. Where σᵢ + σⱼ = 0 there is no derivative, and it is 0
+
+    /// \param own  the principal stretches of F without derivatives
+    FIRN_INLINE TurnedStretch(const Mat<S, D>& F, const Principal<T, D>& own) : directions(own.directions) {
         // V² = FFᵀ, so (σᵢ + σⱼ) dVᵢⱼ = (dF Fᵀ + F dFᵀ)ᵢⱼ.
-        const Mat<T, D> ut = transpose(directions);
-        const Mat<T, D> half = ut * change * transpose(ut * value);
-        unroll<D>([&](auto i) FIRN_LAMBDA { stretches.v[i] = own.stretches.v[i].value; });
+        const Mat<S, D> ut = constant_matrix<S>(transpose(directions)), uF = ut * F;
+        const Mat<S, D> b = uF * transpose(uF);
         unroll<D>([&](auto i) FIRN_LAMBDA {
-            stretch(i, i) = own.stretches.v[i].derivative;
             unroll<D>([&](auto j) FIRN_LAMBDA {
-                if constexpr (int(i) != int(j)) {
-                    const T sum = stretches.v[i] + stretches.v[j];
-                    const auto none = sum == T(0);
-                    stretch(i, j) = select(none, T(0), (half(i, j) + half(j, i)) / select(none, T(1), sum));
-                }
+                const T sum = own.stretches.v[i] + own.stretches.v[j];
+                const auto none = sum == T(0);
+                const S scaled = select(none, S(0), b(i, j) * S(T(1) / select(none, T(1), sum)));
+                stretch(i, j) = with_value(scaled, int(i) == int(j) ? own.stretches.v[i] : T(0));
             });
         });
     }
 
-    /// Returns the matrix U diag(d) Uᵀ with the derivative U X Uᵀ.
-    /// \param values  d, with the diagonal of X as derivative
-    /// \param off     off(i, j) returns Xᵢⱼ, for i < j
+    /// Returns U X Uᵀ. \param principal  the diagonal of X;  \param off  off(i, j) returns Xᵢⱼ, for i < j
     template <class Off>
-    FIRN_INLINE Mat<dual<T>, D> matrix(const Vec<dual<T>, D>& values, const Off& off) const {
-        Vec<T, D> principal;
-        unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = values.v[i].value; });
-        const Mat<T, D> value = spectral(directions, principal);
-        const Mat<T, D> turned = symmetric<T, D>([&](auto i, auto j) FIRN_LAMBDA {
+    FIRN_INLINE Mat<S, D> matrix(const Vec<S, D>& principal, const Off& off) const {
+        const Mat<S, D> X = symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
             if constexpr (int(i) == int(j))
-                return values.v[i].derivative;
+                return principal.v[i];
             else
                 return off(std::min(int(i), int(j)), std::max(int(i), int(j)));
         });
-        const Mat<T, D> derivative = symmetric_product(directions * turned, transpose(directions));
-        Mat<dual<T>, D> result;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { result.m[k] = {value.m[k], derivative.m[k]}; });
+        const Mat<S, D> U = constant_matrix<S>(directions);
+        Vec<T, D> plain_values;
+        unroll<D>([&](auto i) FIRN_LAMBDA { plain_values.v[i] = plain(principal.v[i]); });
+        const Mat<T, D> value = spectral(directions, plain_values);
+        Mat<S, D> result = symmetric_product(U * X, transpose(U));
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { result.m[k] = with_value(result.m[k], value.m[k]); });
         return result;
     }
 };
+
+/// Returns principal stretches without their derivatives.
+template <has_derivatives S, int D>
+FIRN_INLINE auto plain_principal(const Principal<S, D>& own) {
+    Principal<std::remove_cvref_t<decltype(plain(std::declval<S>()))>, D> result;
+    unroll<D>([&](auto i) FIRN_LAMBDA { result.stretches.v[i] = plain(own.stretches.v[i]); });
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { result.directions.m[k] = plain(own.directions.m[k]); });
+    return result;
+}
 
 }  // namespace detail
 
@@ -95,19 +104,20 @@ struct TurnedChange {
 /// \param f    f(σᵢ) returns a scalar, for every scalar type
 /// @{
 template <scalar S, int D, class Function>
+    requires(!has_derivatives<S>)
 FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>&, const Principal<S, D>& own, const Function& f) {
     Vec<S, D> values;
     unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(own.stretches.v[i]); });
     return spectral(own.directions, values);
 }
-template <scalar T, int D, class Function>
-FIRN_INLINE Mat<dual<T>, D> isotropic_function(const Mat<dual<T>, D>& F, const Principal<dual<T>, D>& own,
-                                               const Function& f) {
-    const detail::TurnedChange<T, D> change(F, own);
-    Vec<dual<T>, D> values;
-    unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(own.stretches.v[i]); });
-    return change.matrix(values, [&](int i, int j) FIRN_LAMBDA {
-        return detail::divided_difference<T>(f, change.stretches.v[i], change.stretches.v[j]) * change.stretch(i, j);
+template <has_derivatives S, int D, class Function>
+FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>& F, const Principal<S, D>& own, const Function& f) {
+    const detail::TurnedStretch<S, D> turned(F, detail::plain_principal(own));
+    Vec<S, D> values;
+    unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(turned.stretch(i, i)); });
+    return turned.matrix(values, [&](int i, int j) FIRN_LAMBDA {
+        return turned.stretch(i, j) *
+               S(detail::divided_difference<S>(f, plain(turned.stretch(i, i)), plain(turned.stretch(j, j))));
     });
 }
 /// @}
@@ -118,6 +128,7 @@ FIRN_INLINE Mat<dual<T>, D> isotropic_function(const Mat<dual<T>, D>& F, const P
 /// \param own  principal_stretches(F)
 /// @{
 template <scalar S, int D, class Function>
+    requires(!has_derivatives<S>)
 FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>&, const Principal<S, D>& own, const Mat<S, D>& A,
                                          const Function& f) {
     const Mat<S, D> turned = transpose(own.directions) * A * own.directions;
@@ -125,23 +136,22 @@ FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>&, const Principal<S, D>
     unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(turned(i, i), own.stretches.v[i]); });
     return spectral(own.directions, values);
 }
-template <scalar T, int D, class Function>
-FIRN_INLINE Mat<dual<T>, D> isotropic_function(const Mat<dual<T>, D>& F, const Principal<dual<T>, D>& own,
-                                               const Mat<dual<T>, D>& A, const Function& f) {
-    const detail::TurnedChange<T, D> change(F, own);
-    Mat<dual<T>, D> fixed;  // U without its derivative
-    unroll<D * D>([&](auto k) FIRN_LAMBDA { fixed.m[k] = {change.directions.m[k], T(0)}; });
-    const Mat<dual<T>, D> turned = transpose(fixed) * A * fixed;
-    Vec<dual<T>, D> values;
-    unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(turned(i, i), own.stretches.v[i]); });
+template <has_derivatives S, int D, class Function>
+FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>& F, const Principal<S, D>& own, const Mat<S, D>& A,
+                                         const Function& f) {
+    const detail::TurnedStretch<S, D> turned(F, detail::plain_principal(own));
+    const Mat<S, D> a = detail::turned_to(turned.directions, A);
+    Vec<S, D> values;
+    unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = f(a(i, i), turned.stretch(i, i)); });
     // f(aᵢ, σᵢ) − f(aⱼ, σⱼ) is a difference along σ, for aⱼ, and one along a, for σᵢ.
-    return change.matrix(values, [&](int i, int j) FIRN_LAMBDA {
-        const T a_i = turned(i, i).value, a_j = turned(j, j).value;
-        const T sigma_i = change.stretches.v[i], sigma_j = change.stretches.v[j];
-        const auto of_stretch = [&](const dual<T>& s) FIRN_LAMBDA { return f(dual<T>{a_j, T(0)}, s); };
-        const auto of_a = [&](const dual<T>& a) FIRN_LAMBDA { return f(a, dual<T>{sigma_i, T(0)}); };
-        return detail::divided_difference<T>(of_stretch, sigma_i, sigma_j) * change.stretch(i, j) +
-               detail::divided_difference<T>(of_a, a_i, a_j) * turned(i, j).derivative;
+    return turned.matrix(values, [&](int i, int j) FIRN_LAMBDA {
+        const auto a_i = plain(a(i, i)), a_j = plain(a(j, j));
+        const auto s_i = plain(turned.stretch(i, i)), s_j = plain(turned.stretch(j, j));
+        const auto of_stretch = [&](const S& s) FIRN_LAMBDA { return f(S(a_j), s); };
+        const auto of_a = [&](const S& x) FIRN_LAMBDA { return f(x, S(s_i)); };
+        const S off = with_value(a(i, j), decltype(a_i)(0));
+        return turned.stretch(i, j) * S(detail::divided_difference<S>(of_stretch, s_i, s_j)) +
+               off * S(detail::divided_difference<S>(of_a, a_i, a_j));
     });
 }
 /// @}

@@ -223,7 +223,8 @@ FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     Mat<S, 3> V = detail::left_stretch_by_invariants<0>(b, named("J", determinant(F)), rare);
     if (any(rare)) [[unlikely]] {
         Mat<S, 3> sure;
-        detail::left_stretch_by_jacobi(F, sure);
+        using detail::left_stretch_by_jacobi;  // or a scalar's own
+        left_stretch_by_jacobi(F, sure);
         V = select(rare, sure, V);
     }
     return V;

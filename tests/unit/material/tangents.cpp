@@ -11,6 +11,7 @@
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
+#include <firn/math/traced.hpp>
 
 using namespace materials;
 
@@ -66,6 +67,37 @@ double error_of(const M& model, const Mat<double, D>& F, const Mat<double, D>& d
     return closest;
 }
 
+/// The largest difference of ⟨u, J (dF, dC)⟩ by dual numbers from ⟨Jᵀ u, (dF, dC)⟩ by traced ones, relative to the sum
+/// of the sizes of all products. \param u  a weight for each result
+template <int D, class M>
+double error_of_transpose(const M& model, const Mat<double, D>& F, const Mat<double, D>& dF, const Mat<double, D>& dC,
+                          double modulus, Random& random) {
+    using Dual = dual<double>;
+    using Traced = traced<double>;
+    Mat<Dual, D> lifted, rate;
+    for (int i = 0; i < D * D; ++i) lifted.m[i] = {F.m[i], dF.m[i]}, rate.m[i] = {0, dC.m[i]};
+    const std::vector<Dual> forward = after<Dual>(model, lifted, rate, modulus);
+    auto& tape = Tape<double>::mine();
+    tape.cut(1);
+    Mat<Traced, D> of_F, of_C;
+    for (int i = 0; i < D * D; ++i) of_F.m[i] = Traced::input(F.m[i]), of_C.m[i] = Traced::input(0);
+    const std::vector<Traced> results = after<Traced>(model, of_F, of_C, modulus);
+    tape.begin();
+    double along = 0, back = 0, size = 0;
+    for (std::size_t k = 0; k < results.size(); ++k) {
+        if (std::abs(results[k].value - forward[k].value) > 1e-12 * (1 + std::abs(forward[k].value))) return std::numeric_limits<double>::infinity();
+        const double u = random.uniform(-1, 1);
+        if (results[k].node != Tape<double>::no_node) tape.seed(results[k].node, u);
+        along += u * forward[k].derivative;
+        size += std::abs(u * forward[k].derivative);
+    }
+    tape.back();
+    for (int i = 0; i < D * D; ++i)
+        for (const double term : {tape.adjoint(of_F.m[i].node) * dF.m[i], tape.adjoint(of_C.m[i].node) * dC.m[i]})
+            back += term, size += std::abs(term);
+    return std::abs(along - back) / size;
+}
+
 /// \param middle  principal stretches at which the material is not on the edge of flowing, whatever the spacing
 template <int D, class M>
 void require_tangents(const M& model, double modulus, std::initializer_list<double> middle) {
@@ -80,6 +112,7 @@ void require_tangents(const M& model, double modulus, std::initializer_list<doub
                 const Mat<double, D> dF = random.gaussian<D>(), dC = random.gaussian<D>();
                 CAPTURE(name_of<M>(), m, apart, k);
                 CHECK(error_of(model, F, dF, dC, modulus) < 1e-8);
+                CHECK(error_of_transpose(model, F, dF, dC, modulus, random) < 1e-12);
             }
 }
 
