@@ -32,6 +32,9 @@
 
 namespace firn::inline FIRN_BUILD {
 
+template <class Simulation>
+class Adjoint;
+
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
 /// Construct a simulation from a domain, a material, and the policies that differ from the defaults. The policies may
@@ -78,6 +81,8 @@ class Simulation
     friend class SetHandle;
     using Passes = detail::PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
     friend Passes;
+    template <class>
+    friend class Adjoint;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -89,6 +94,7 @@ public:
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;  ///< The type of the material, or `Materials<…>`.
     using kernel_type = Kernel;      ///< The interpolation kernel.
+    using force_type = Force;        ///< The force form.
     using S = scalar_type;           ///< The scalar type: float or double.
     template <std::size_t I>
     using SetAt = typename Make::template set<I>;  ///< The type of the set of material I.
@@ -377,6 +383,11 @@ private:
     /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
+        with_step(dt, acceleration, [&](StepNow<S, D>& now) { this->take_passes(now); });
+    }
+    /// Calls body(now) with what passes need to know of a step of dt [s].
+    template <class Acceleration, class Body>
+    void with_step(double dt, const Acceleration& acceleration, const Body& body) {
         const auto all_ranks = ranks();
         this->check_time_step(dt, all_ranks, workers());
         if constexpr (requires { transfer.check(); }) transfer.check();
@@ -389,7 +400,7 @@ private:
         const auto cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
         now.update_grid = std::ref(update);
         now.likely_cause = std::ref(cause);
-        this->take_passes(now);
+        body(now);
     }
     template <class Acceleration>
     double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {

@@ -53,6 +53,22 @@ FIRN_INLINE decltype(auto) acceleration_of_nodes(const Acceleration& acceleratio
         return acceleration_at(acceleration, x, Vec<P, D>::zero(), dt);
 }
 
+/// Returns the positions of a register of a block's nodes [m].
+/// \param first  position of the block's first node [m];  \param from  index of the register's first node in the block
+template <class P, int D>
+FIRN_INLINE Vec<P, D> places_of_nodes(const Vec<value_type_t<P>, D>& first, value_type_t<P> h, int from) {
+    using S = value_type_t<P>;
+    constexpr int lanes = scalar_traits<P>::lanes;
+    Vec<P, D> x;
+    unroll<D>([&](auto a) FIRN_LAMBDA {
+        S index[lanes];
+        for (int l = 0; l < lanes; ++l)
+            index[l] = S((from + quad_of_lane<P>(l)) >> (2 * (D - 1 - a)) & (block_size - 1));
+        x.v[a] = P(first.v[a]) + P::load(index) * P(h);
+    });
+    return x;
+}
+
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
 /// compiler can use all registers in each instance of it.
 /// Positions are measured from a corner of the grid, as by `acceleration` and `boundary`.
@@ -72,13 +88,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary>
         load_quads(nodes + from * node_width, r);
         if (!any(r[node_mass] > P(0))) continue;
 
-        Vec<P, D> x;
-        unroll<D>([&](auto a) FIRN_LAMBDA {
-            S index[lanes];
-            for (int l = 0; l < lanes; ++l)
-                index[l] = S((from + quad_of_lane<P>(l)) >> (2 * (D - 1 - a)) & (block_size - 1));
-            x.v[a] = P(first.v[a]) + P::load(index) * P(h);
-        });
+        const Vec<P, D> x = places_of_nodes<P, D>(first, h, from);
         Vec<P, D> momentum;
         unroll<D>([&](auto a) FIRN_LAMBDA { momentum.v[a] = r[a]; });
         const auto& at_nodes = acceleration_of_nodes(acceleration, x, P(dt));

@@ -1,0 +1,4 @@
+/// \file Umbrella header: derivatives of whole runs.
+#pragma once
+
+#include <firn/adjoint/adjoint.hpp>

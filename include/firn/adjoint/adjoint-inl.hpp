@@ -1,0 +1,552 @@
+/// \file Bodies of adjoint.hpp.
+#pragma once
+
+#include <firn/adjoint/adjoint.hpp>
+
+namespace firn::inline FIRN_BUILD {
+
+template <class Simulation>
+Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& options)
+    : simulation_(simulation), bar_grid_(simulation.domain()), bar_before_(simulation.domain()) {
+    refuse_what_has_no_way_back();
+    simulation_.prepare();
+    moments_.push_back(simulation_.now_);
+    std::size_t bytes = 0;
+    for (const SetOf<S, D>& set : simulation_.sets_)
+        bytes += set.store().bytes() + set.partition.order.size() * sizeof(std::uint32_t) +
+                 set.partition.ranges.size() * sizeof(BlockRange<D>) +
+                 set.partition.groups.size() * sizeof(BlockGroup);
+    const std::size_t most = options.memory / std::max<std::size_t>(bytes, 1);
+    if (most < 3)
+        throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
+                                       " are granted; give the adjoint memory for three at least: two checkpoints, and "
+                                       "the state at the end. \\see AdjointOptions::memory"));
+    kept_ = std::make_unique<Checkpoints<Snapshot>>(std::min<std::size_t>(most - 1, 1 << 20));
+    kept_->keep(0, [&](Snapshot& to) { store(to); });
+    bars_.resize(simulation_.sets_.size());
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
+    for (const Pass<S, D>& pass : simulation_.passes()) {
+        constexpr std::string_view known[] = {"sort", "push", "p2g", "grid update", "g2p", "end g2p",
+                                              "sinks and sources"};
+        if (std::ranges::find(known, pass.name) == std::end(known))
+            throw usage_error(sentence("The pass \"", pass.name,
+                                       "\" of this simulation has no way back, so there are no derivatives through "
+                                       "it. Choose another policy, or leave the pass out."));
+    }
+    for (const SetOf<S, D>& set : simulation_.sets())
+        if (set.loads || set.forces || !set.sources.empty() || !set.sinks.empty())
+            throw usage_error(
+                "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
+                "are no derivatives through them.");
+    if (!mirrors_of<Kernel>(simulation_.boundary, simulation_.domain()).planes.empty())
+        throw usage_error("Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
+                          "nodes behind them, NodesBehind::held.");
+    if (detail::speed_of_boundary<S>(simulation_.boundary, simulation_.domain()) > 0)
+        throw usage_error("A boundary that moves has no way back: there are no derivatives through it.");
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::store(Snapshot& to) const {
+    to.sets.resize(simulation_.sets_.size());
+    auto& simulation = const_cast<Simulation&>(simulation_);
+    simulation.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        if (to.sets[k])
+            static_cast<Set&>(*to.sets[k]) = set;
+        else
+            to.sets[k] = set.copy();
+    });
+    to.now = simulation_.now_;
+    to.boundary = simulation_.boundary;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::restore(const Snapshot& from) {
+    simulation_.for_materials(
+        [&]<class Set>(Set& set, std::size_t k) { set = static_cast<const Set&>(*from.sets[k]); });
+    simulation_.now_ = from.now;
+    simulation_.boundary = from.boundary;
+    simulation_.activate();
+}
+
+template <class Simulation>
+template <class Acceleration, class Take>
+void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
+    const Moment& last = moments_.back();
+    bool is_as_left = simulation_.now_ == last;
+    for (const SetOf<S, D>& set : simulation_.sets_) is_as_left = is_as_left && set.readiness.is(Readiness::prepared);
+    if (!is_as_left)
+        throw usage_error(sentence("The simulation was advanced, or its particles were changed, after step ",
+                                   last.steps, " without the adjoint, which cannot go back through that. Take steps "
+                                   "with the adjoint's advance() and step(), and change particles before it is made."));
+    refuse_what_has_no_way_back();
+    begin_interval(detail::own_acceleration<D>(acceleration));
+    // A last pass of each step records it.
+    struct Recording {
+        Simulation& simulation;
+        PassList<S, D> passes;
+        ~Recording() { simulation.passes_ = std::move(passes); }
+    } recording{simulation_, simulation_.passes_};
+    simulation_.add_pass("record", "sinks and sources", [this](Simulation&, const StepNow<S, D>& now) {
+        dts_.push_back(now.dt);
+        moments_.push_back(simulation_.now_);
+        repetitions_.push_back(0);
+        kept_->keep(steps(), [&](Snapshot& to) { store(to); });
+    });
+    take();
+    moments_.back() = simulation_.now_;  // advance() ends at its very end
+}
+
+template <class Simulation>
+template <class Acceleration>
+void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
+    Interval next{};
+    next.first = steps();
+    next.gravity = simulation_.gravity;
+    next.boundary = simulation_.boundary;
+    next.transfer = simulation_.transfer;
+    next.is_uniform = detail::is_uniform<Acceleration>;
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t) {
+        next.materials.push_back(std::make_unique<Set>(set.material, simulation_.domain()));
+    });
+    next.step = [this, acceleration](double dt) { simulation_.step_by(dt, acceleration); };
+    next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
+    for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
+        if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
+            for (int a = 0; a < D; ++a) next.names.push_back(sentence(name, "[", a, "]"));
+        else
+            next.names.push_back(name);
+    });
+    intervals_.push_back(std::move(next));
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::use(const Interval& interval) {
+    simulation_.gravity = interval.gravity;
+    simulation_.transfer = interval.transfer;
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        set.material = static_cast<const Set&>(*interval.materials[k]).material;
+    });
+}
+
+template <class Simulation>
+auto Adjoint<Simulation>::interval_of(std::size_t step) -> Interval& {
+    std::size_t k = intervals_.size() - 1;
+    while (intervals_[k].first > step) --k;
+    return intervals_[k];
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::take_again(std::size_t step) {
+    Interval& interval = interval_of(step);
+    use(interval);
+    if (interval.first == step) simulation_.boundary = interval.boundary;
+    interval.step(dts_[step]);
+    simulation_.now_ = moments_[step + 1];
+    ++repetitions_[step];
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::bring_state(std::size_t state) {
+    kept_->forget_behind(state);
+    std::size_t at = kept_->last();
+    restore(kept_->state());
+    while (at < state) {
+        const std::size_t to = kept_->way_to(state);
+        for (; at < to; ++at) take_again(at);
+        kept_->keep_again(at, [&](Snapshot& into) { store(into); });
+    }
+}
+
+template <class Simulation>
+template <class Set>
+void Adjoint<Simulation>::fit(Set& set, Bars& bars) {
+    auto& now = set.particles;
+    const auto fields = [](auto& particles) {
+        const auto view = particles.view();
+        std::vector<BlockedSpan<S>> all{view.position, view.velocity, view.affine, view.stress, view.mass, view.volume};
+        all.insert(all.end(), view.state.begin(), view.state.end());
+        return all;
+    };
+    if (bars.set) {
+        auto& old = bars_of<Set>(bars).particles;
+        bool same = old.slots() == now.slots();
+        for (std::size_t slot = 0; same && slot < now.slots(); ++slot) same = old.id(slot) == now.id(slot);
+        if (same) return;
+    }
+    auto fresh = set.copy();
+    auto& adjoints = static_cast<Set&>(*fresh).particles;
+    const auto to = fields(adjoints);
+    const int threads = simulation_.workers();
+    detail::for_chunks(now.slots(), threads, [&](std::size_t first, std::size_t last) {
+        for (const BlockedSpan<S>& field : to)
+            for (std::size_t slot = first; slot < last; ++slot)
+                for (int k = 0; k < field.components; ++k) *field.at(slot, k) = 0;
+    });
+    if (bars.set) {
+        auto& old = bars_of<Set>(bars).particles;
+        const auto from = fields(old);
+        std::vector<std::uint32_t> slot_of(now.next_id(), no_particle);
+        for (std::size_t slot = 0; slot < old.slots(); ++slot)
+            if (old.is_particle(slot)) slot_of[old.id(slot)] = std::uint32_t(slot);
+        detail::for_chunks(now.slots(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t slot = first; slot < last; ++slot) {
+                if (!now.is_particle(slot)) continue;
+                const std::uint32_t before = slot_of[now.id(slot)];
+                for (std::size_t f = 0; f < to.size() && before != no_particle; ++f)
+                    for (int k = 0; k < to[f].components; ++k) *to[f].at(slot, k) = *from[f].at(before, k);
+            }
+        });
+    }
+    bars.set = std::move(fresh);
+    const std::size_t slots = now.slots();
+    bars.records.resize(slots * std::size_t(detail::record_size<Force, D>));
+    if (blended) bars.records_before.resize(slots * std::size_t(D + D * D));
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::fit_bars() {
+    simulation_.for_materials([&](auto& set, std::size_t k) { fit(set, bars_[k]); });
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::back(std::size_t step) {
+    Interval& interval = interval_of(step);
+    use(interval);
+    if (interval.first == step) simulation_.boundary = interval.boundary;
+    interval.back(dts_[step], interval);
+}
+
+template <class Simulation>
+template <class Acceleration>
+void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, Interval& interval) {
+    const int threads = simulation_.workers();
+    SparseGrid<S, D>& grid = simulation_.grid_;
+    // The step forwards, up to the velocities of the nodes.
+    simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
+        for (const Pass<S, D>& pass : simulation_.passes_) {
+            if (pass.name == "grid update") {
+                const std::size_t numbers = grid.block_count() * std::size_t(block_nodes<D> * node_width);
+                momenta_.resize(numbers);
+                detail::for_chunks(numbers, threads, [&](std::size_t first, std::size_t last) {
+                    std::copy(grid.nodes(0) + first, grid.nodes(0) + last, momenta_.data() + first);
+                });
+            }
+            pass.act(simulation_, now);
+            if (pass.name == "grid update") break;
+        }
+    });
+    fit_bars();
+
+    // G2P backwards: records, then their scatter.
+    std::vector<ParticleSet<detail::RecordView<MotionView<S, D, BlockedSpan<S>>>>> records, records_before;
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        Bars& bars = bars_[k];
+        const auto view = set.particles.view(), bar = bars_of<Set>(bars).particles.view();
+        const BlockedSpan<S> of_velocities{bars.records.data(), detail::record_size<Force, D>},
+            of_before{bars.records_before.data(), D + D * D};
+        using Material = std::remove_cvref_t<decltype(set.material)>;
+        const detail::G2PBack<Kernel, Transfer, Force, Material, S, D,
+                              typename std::remove_cvref_t<decltype(view)>::state_type>
+            go(view, bar, set.partition, grid, set.material, dt, simulation_.transfer, of_velocities, of_before);
+        const std::size_t of_material = go.of_material(), of_transfer = go.of_transfer();
+        detail::OrderedSums sums(set.partition.groups.size(), of_material + of_transfer);
+        parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) { go(g, sums.of(g)); });
+        std::vector<double> total(of_material + of_transfer);
+        sums.add_to(total);
+        of_material_[k].resize(of_material);
+        interval.of_transfer.resize(of_transfer);
+        for (std::size_t i = 0; i < of_material; ++i) of_material_[k][i] += total[i];
+        for (std::size_t i = 0; i < of_transfer; ++i) interval.of_transfer[i] += total[of_material + i];
+        records.push_back({{view.position, of_velocities}, set.partition});
+        if (blended) records_before.push_back({{view.position, of_before}, set.partition});
+    });
+    const auto scatter = [&]<class Form>(SparseGrid<S, D>& to, const auto& of, std::type_identity<Form>) {
+        using View = detail::RecordView<MotionView<S, D, BlockedSpan<S>>>;
+        to.activate(simulation_.partitions(), threads);
+        p2g<Kernel, detail::RecordTransfer, Form>(simulation_.execution, to, 0.0, ParticleSets<View>(of));
+    };
+    scatter(bar_grid_, records, std::type_identity<Force>{});
+
+    // The grid update backwards.
+    const Vec<double, D> corner = simulation_.domain().lower;
+    const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
+    const auto lifted = lift<T>(here);
+    const auto nodes_back = [&](const S* momenta, S* bars, double time, const auto& field, const auto& from,
+                                const auto& walls, std::vector<double>& of_field, std::vector<double>& of_walls) {
+        const std::size_t a = detail::count_of_inputs<P>(field), b = detail::count_of_inputs<P>(walls);
+        detail::OrderedSums sums(grid.block_count(), a + b);
+        detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums);
+        std::vector<double> total(a + b);
+        sums.add_to(total);
+        of_field.resize(a), of_walls.resize(b);
+        for (std::size_t i = 0; i < a; ++i) of_field[i] += total[i];
+        for (std::size_t i = 0; i < b; ++i) of_walls[i] += total[a + i];
+    };
+    nodes_back(momenta_.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner), here,
+               lifted, interval.of_acceleration, interval.of_boundary);
+    if constexpr (blended) {
+        scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
+        // The nodes hold velocities; their momenta are velocity × mass.
+        const S* const velocities = grid.layer(layer::before_forces);
+        momenta_before_.resize(momenta_.size());
+        detail::for_chunks(momenta_.size() / node_width, threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                const S* const from = velocities + i * node_width;
+                S* const to = momenta_before_.data() + i * node_width;
+                for (int k = 0; k < node_mass; ++k) to[k] = from[k] * from[node_mass];
+                to[node_mass] = from[node_mass];
+            }
+        });
+        std::vector<double> none, nothing;
+        nodes_back(momenta_before_.data(), bar_before_.nodes(0), 0,
+                   detail::traced_acceleration<P, D>(Vec<double, D>::zero(), corner), NoBoundary{}, NoBoundary{}, none,
+                   nothing);
+    }
+
+    // P2G backwards.
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        const auto view = set.particles.motion();
+        const auto bar = bars_of<Set>(bars_[k]).particles.motion();
+        detail::p2g_back<Kernel, Transfer, Force>(threads, view, bar, set.partition, grid, bar_grid_.nodes(0), dt);
+        if constexpr (blended)
+            detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>>(threads, view, bar, set.partition, grid,
+                                                                             bar_before_.nodes(0), dt);
+    });
+}
+
+template <class Simulation>
+template <std::size_t I, class Add>
+void Adjoint<Simulation>::add_measure(const Add& add) {
+    measures_.push_back({steps(), [this, add] {
+                             auto& set = simulation_.template set_at<I>();
+                             add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]).particles.view());
+                         }});
+}
+
+template <class Simulation>
+template <std::size_t I, class Function>
+double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
+    auto& own = simulation_.template set_at<I>();
+    using Material = std::remove_cvref_t<decltype(own.material)>;
+    if (body) own.check_body(*body);
+    const Body whole = body ? *body : Body{0, own.particles.next_id()};
+    const auto counts = [whole](const auto& particles, std::size_t slot) {
+        return particles.is_particle(slot) && whole.holds(particles.id(slot));
+    };
+    using Plain = material_state_t<with_scalar_t<Material, double>, D>;
+    double sum = 0;
+    for (const std::uint32_t slot : slots_by_id(own.particles, 1)) {
+        if (!counts(own.particles, slot)) continue;
+        sum += double(f(detail::measured<double, D, Plain>(own.particles, slot, [](double x) { return x; })));
+    }
+    add_measure<I>([this, f, counts](const auto& particles, const auto& bar) {
+        using Number = traced<double>;
+        using State = material_state_t<with_scalar_t<Material, Number>, D>;
+        const double h = simulation_.domain().cell_size;
+        detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+            Tape<double>& tape = Tape<double>::mine();
+            for (std::size_t slot = first; slot < last; ++slot) {
+                if (!counts(particles, slot)) continue;
+                tape.cut(1);
+                std::vector<Number> numbers;
+                const Number value = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
+                    numbers.push_back(Number::input(x));
+                    return numbers.back();
+                }));
+                tape.begin();
+                detail::seed(value, 1.0);
+                tape.back();
+                std::size_t next = 0;
+                const auto add = [&](const BlockedSpan<S>& field, double scale) {
+                    for (int k = 0; k < field.components; ++k)
+                        *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
+                };
+                add(bar.position, h);
+                add(bar.velocity, 1);
+                add(bar.mass, 1);
+                add(bar.volume, 1);
+                for (const BlockedSpan<S>& field : bar.state) add(field, 1);
+            }
+        });
+    });
+    return sum;
+}
+
+template <class Simulation>
+template <std::size_t I>
+void Adjoint<Simulation>::measure(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity) {
+    const std::size_t ids = simulation_.template set_at<I>().particles.next_id();
+    for (const auto* list : {&by_position, &by_velocity})
+        if (!list->empty() && list->size() != ids)
+            throw parameter_error(sentence("A measure has derivatives for ", list->size(), " particles; there are ",
+                                           ids, " ids of this material. Give one for each id, or none."));
+    add_measure<I>([this, by_position = std::move(by_position), by_velocity = std::move(by_velocity)](
+                       const auto& particles, const auto& bar) {
+        const double h = simulation_.domain().cell_size;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const std::uint32_t id = particles.id(slot);
+            for (int a = 0; a < D; ++a) {
+                if (!by_position.empty()) *bar.position.at(slot, a) += S(by_position[id][a] * h);
+                if (!by_velocity.empty()) *bar.velocity.at(slot, a) += S(by_velocity[id][a]);
+            }
+        }
+    });
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::add_measures(std::size_t state) {
+    for (const Measure& measure : measures_)
+        if (measure.state == state) measure.add();
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::note_norms(std::size_t state, Gradient<Simulation>& gradient) {
+    double positions = 0, velocities = 0;
+    const double h = simulation_.domain().cell_size;
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        const auto& particles = set.particles;
+        const auto bar = bars_of<Set>(bars_[k]).particles.view();
+        detail::OrderedSums sums((particles.slots() + 1023) / 1024, 2);
+        parallel_for((particles.slots() + 1023) / 1024, simulation_.workers(), [&](std::size_t c, int) {
+            for (std::size_t slot = c * 1024; slot < std::min(particles.slots(), (c + 1) * 1024); ++slot)
+                for (int a = 0; a < D && particles.is_particle(slot); ++a) {
+                    const double x = double(*bar.position.at(slot, a)) / h, v = double(*bar.velocity.at(slot, a));
+                    sums.of(c)[0] += x * x;
+                    sums.of(c)[1] += v * v;
+                }
+        });
+        double total[2] = {};
+        sums.add_to(total);
+        if (!std::isfinite(total[0] + total[1]))
+            for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+                double sum = 0;
+                for (int a = 0; a < D && particles.is_particle(slot); ++a)
+                    sum += double(*bar.position.at(slot, a)) + double(*bar.velocity.at(slot, a));
+                if (!std::isfinite(sum))
+                    throw particle_error(sentence(
+                        "The derivative of the measures by particle ", particles.id(slot), " of material ", k,
+                        " before step ", state, ", at ", moments_[state].time,
+                        " s, is not finite: a formula has no derivative there, or the run is so chaotic that its "
+                        "derivatives overflow. Measure over fewer steps, or look at the particle's state."));
+            }
+        positions += total[0], velocities += total[1];
+    });
+    gradient.position_norm[state] = std::sqrt(positions);
+    gradient.velocity_norm[state] = std::sqrt(velocities);
+}
+
+template <class Simulation>
+Gradient<Simulation> Adjoint<Simulation>::gradient() {
+    if (measures_.empty())
+        throw usage_error("Nothing was measured: call measure() at the times that count, then gradient().");
+    if (!(simulation_.now_ == moments_.back()))
+        throw usage_error("The simulation was advanced without the adjoint since its last step.");
+    Snapshot end;
+    store(end);
+    const Boundary boundary = simulation_.boundary;
+    const Vec<double, D> gravity = simulation_.gravity;
+    const Transfer transfer = simulation_.transfer;
+    struct Restored {
+        Adjoint& of;
+        const Snapshot& end;
+        const Vec<double, D>& gravity;
+        const Transfer& transfer;
+        ~Restored() {
+            of.restore(end);
+            of.simulation_.gravity = gravity;
+            of.simulation_.transfer = transfer;
+        }
+    } restored{*this, end, gravity, transfer};
+
+    Gradient<Simulation> gradient;
+    gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
+    of_material_.assign(simulation_.sets_.size(), {});
+    for (Interval& interval : intervals_) interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
+    for (Bars& bars : bars_) bars.set.reset();
+    parallel_region(simulation_.workers(), [&] {
+        fit_bars();
+        add_measures(steps());
+        note_norms(steps(), gradient);
+        for (std::size_t step = steps(); step-- > 0;) {
+            bring_state(step);
+            back(step);
+            add_measures(step);
+            note_norms(step, gradient);
+        }
+        simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+            using Material = std::remove_cvref_t<decltype(set.material)>;
+            const std::size_t count = detail::count_of_inputs<P>(lift<T>(set.material));
+            detail::OrderedSums sums(set.partition.slots() / pack_size, count);
+            detail::update_stress_back<Material, S, D>(simulation_.workers(), set.particles.view(),
+                                                       bars_of<Set>(bars_[k]).particles.view(), set.partition,
+                                                       set.material, sums);
+            of_material_[k].resize(count);
+            sums.add_to(of_material_[k]);
+        });
+    });
+    write(gradient);
+    return gradient;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
+    const double h = simulation_.domain().cell_size;
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+        const auto one = [&]<std::size_t K>(std::integral_constant<std::size_t, K>) {
+            auto& set = simulation_.template set_at<K>();
+            using Set = std::remove_cvref_t<decltype(set)>;
+            auto& to = std::get<K>(gradient.sets);
+            auto& bars = bars_of<Set>(bars_[K]).particles;
+            const std::size_t ids = bars.next_id();
+            to.position.assign(ids, {}), to.velocity.assign(ids, {}), to.affine.assign(ids, {});
+            for (std::size_t id = 0; id < ids; ++id)
+                to.position[id] = to.velocity[id] = Vec<double, D>::zero(), to.affine[id] = Mat<double, D>::zero();
+            to.mass.assign(ids, 0), to.volume.assign(ids, 0);
+            to.state.assign(ids, {});
+            const auto view = bars.view();
+            for (std::size_t slot = 0; slot < bars.slots(); ++slot) {
+                if (!bars.is_particle(slot)) continue;
+                const std::uint32_t id = bars.id(slot);
+                for (int a = 0; a < D; ++a) {
+                    to.position[id][a] = double(*view.position.at(slot, a)) / h;
+                    to.velocity[id][a] = double(*view.velocity.at(slot, a));
+                }
+                for (int k = 0; k < D * D; ++k) to.affine[id].m[k] = double(*view.affine.at(slot, k));
+                to.mass[id] = double(*view.mass.at(slot, 0)), to.volume[id] = double(*view.volume.at(slot, 0));
+                detail::write_state(view.state, slot, to.state[id]);
+            }
+            to.material = lift<double>(set.material);
+            std::size_t next = 0;
+            detail::for_numbers<double>(to.material, [&](double& number) { number = of_material_[K][next++]; });
+        };
+        (one(std::integral_constant<std::size_t, I>{}), ...);
+    }(std::make_index_sequence<Simulation::material_count>{});
+    for (const Interval& from : intervals_) {
+        auto& to = gradient.intervals.emplace_back();
+        to.from = moments_[from.first].time;
+        if (from.is_uniform)
+            for (std::size_t a = 0; a < from.of_acceleration.size(); ++a) to.gravity[int(a)] = from.of_acceleration[a];
+        else
+            for (std::size_t k = 0; k < from.of_acceleration.size(); ++k)
+                to.acceleration.emplace_back(k < from.names.size() ? from.names[k] : std::string(),
+                                             from.of_acceleration[k]);
+        to.boundary = lift<double>(from.boundary);
+        std::size_t next = 0;
+        detail::for_numbers<double>(to.boundary, [&](double& number) {
+            number = next < from.of_boundary.size() ? from.of_boundary[next] : 0;
+            ++next;
+        });
+        to.transfer = lift<double>(from.transfer);
+        next = 0;
+        detail::for_numbers<double>(to.transfer, [&](double& number) {
+            number = next < from.of_transfer.size() ? from.of_transfer[next] : 0;
+            ++next;
+        });
+    }
+}
+
+}  // namespace firn::inline FIRN_BUILD

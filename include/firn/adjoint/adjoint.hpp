@@ -1,0 +1,190 @@
+/// \file Derivatives of a whole run, in reverse mode: of one number that the program measures, with respect to all that
+/// it has set.
+#pragma once
+
+#include <firn/adjoint/checkpoints.hpp>
+#include <firn/adjoint/gradient.hpp>
+#include <firn/adjoint/stages.hpp>
+#include <firn/simulation.hpp>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+namespace firn::inline FIRN_BUILD {
+
+/// What an Adjoint may use.
+struct AdjointOptions {
+    std::size_t memory = std::size_t(1) << 30;  ///< Memory for checkpoints [bytes].
+};
+
+/// Derivatives of a run of a simulation.
+///
+/// The program takes steps through the adjoint, says what it measures, and asks for the gradient:
+///
+///     firn::Adjoint adjoint(simulation, {.memory = std::size_t(1) << 30});
+///     adjoint.advance(0.5);
+///     const double height = adjoint.measure([](const auto& p) { return p.position[1] * p.mass; });
+///     const auto gradient = adjoint.gradient();
+///     gradient.set().velocity[id];  gradient.set().material.mu;  gradient.intervals[0].gravity;
+///
+/// The gradient is that of the steps that were taken: their sizes dt are held. Where a step has chosen a branch (matter
+/// yields, or leaves a wall), it is the derivative of that branch.
+///
+/// Between two calls the program may change gravity, the boundary, the transfer and materials; each call begins an
+/// interval. It must not change particles.
+///
+/// The way back needs the states before all steps. As many as fit into the memory are kept, and from them the steps
+/// between are taken again, to the bit. \see Checkpoints
+///
+/// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
+/// is made, with a usage_error that names the pass: FBar, VolumeFilter, FMPM, passes of the program; mirrored walls,
+/// moving colliders, loads, forces between particles, sources and sinks.
+template <class Simulation>
+class Adjoint {
+    static constexpr int D = Simulation::dimension;
+    using S = typename Simulation::scalar_type;
+
+public:
+    /// Begins to record a run. The simulation must exist as long as this object.
+    /// \throws usage_error      if the simulation has something that has no way back
+    /// \throws parameter_error  if the memory is too small for two checkpoints
+    /// \throws particle_error   if a particle has a value that is not finite or lies outside the domain
+    explicit Adjoint(Simulation& simulation, const AdjointOptions& options = {});
+    Adjoint(const Adjoint&) = delete;
+
+    /// Advances the simulation, and records its steps. \see Simulation::advance
+    /// @{
+    void advance(double duration) { advance(duration, simulation_.gravity); }
+    template <class Acceleration>
+    void advance(double duration, const Acceleration& acceleration) {
+        record(acceleration, [&] { simulation_.advance(duration, acceleration); });
+    }
+    /// @}
+    /// Takes a step of the simulation, and records it. \see Simulation::step
+    /// @{
+    void step() { step(simulation_.gravity); }
+    template <class Acceleration>
+    void step(const Acceleration& acceleration) {
+        record(acceleration, [&] { simulation_.step(acceleration); });
+    }
+    /// @}
+
+    /// Measures the present particles: adds Σ f(particle), over the particles of material I, to what is differentiated.
+    /// \param f     f(particle) takes a MeasuredParticle of any scalar type, and returns this scalar
+    /// \param body  only the particles of this body count; nullptr: all
+    /// \return the sum
+    template <std::size_t I = 0, class Function>
+    double measure(const Function& f, const Body* body = nullptr);
+
+    /// Adds a measure that the program has computed itself from the present particles of material I, by its
+    /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids.
+    /// \throws parameter_error  if a list has neither 0 entries nor one for each id
+    template <std::size_t I = 0>
+    void measure(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
+
+    /// Returns the gradient of the sum of all measures. The simulation is as before the call.
+    /// \throws usage_error     if nothing was measured
+    /// \throws particle_error  if a derivative is not finite. The message names the step and the particle
+    Gradient<Simulation> gradient();
+
+    /// Returns the number of recorded steps.
+    std::size_t steps() const { return moments_.size() - 1; }
+    /// Returns how many checkpoints fit into the memory.
+    std::size_t checkpoints() const { return kept_->most(); }
+    /// Returns for each step how often gradient() has taken it again.
+    const std::vector<std::uint32_t>& repetitions() const { return repetitions_; }
+
+private:
+    static constexpr bool can_go_back =
+        std::same_as<decltype(Simulation::execution), Coloured> && !Simulation::has_contact_groups &&
+        !acts_by_gap<decltype(Simulation::boundary)>;
+    static_assert(can_go_back,
+                  "firn: an Adjoint goes back through simulations that sum with Coloured, on one rank, without contact "
+                  "groups and without GapContact.");
+
+    using Boundary = decltype(Simulation::boundary);
+    using Transfer = decltype(Simulation::transfer);
+    using P = native_pack<S>;
+    using T = traced<P>;
+    using Passes = typename Simulation::Passes;
+    using Kernel = typename Simulation::kernel_type;
+    using Force = typename Simulation::force_type;
+    static constexpr bool blended = blends_velocities<Transfer>;
+    template <class Set>
+    using ParticlesOf = std::remove_cvref_t<decltype(std::declval<Set&>().particles)>;
+
+    /// A state of the simulation.
+    struct Snapshot {
+        std::vector<std::unique_ptr<SetOf<S, D>>> sets;
+        Moment now;
+        Boundary boundary;
+    };
+    /// What was set for some steps.
+    struct Interval {
+        std::size_t first;  // its first step
+        Vec<double, D> gravity;
+        Boundary boundary;
+        Transfer transfer;
+        std::vector<std::unique_ptr<SetOf<S, D>>> materials;
+        std::function<void(double)> step;
+        std::function<void(double, Interval&)> back;
+        std::vector<double> of_acceleration, of_boundary, of_transfer;
+        std::vector<std::string> names;
+        bool is_uniform;
+    };
+    /// The adjoints of the particles of a set, in the layout of the particles, and room for records.
+    struct Bars {
+        std::unique_ptr<SetOf<S, D>> set;  // its particles have adjoints in place of their numbers
+        aligned_vector<S> records, records_before;
+    };
+    struct Measure {
+        std::size_t state;  // the state that it measures
+        std::function<void()> add;
+    };
+
+    template <class Acceleration, class Take>
+    void record(const Acceleration& acceleration, const Take& take);
+    template <class Acceleration>
+    void begin_interval(const Acceleration& acceleration);
+    void refuse_what_has_no_way_back() const;
+    void store(Snapshot& to) const;
+    void restore(const Snapshot& from);
+    void use(const Interval& interval);
+    Interval& interval_of(std::size_t step);
+    void take_again(std::size_t step);
+    void bring_state(std::size_t state);
+    void back(std::size_t step);
+    template <class Acceleration>
+    void back_by(double dt, const Acceleration& acceleration, Interval& interval);
+    void add_measures(std::size_t state);
+    void note_norms(std::size_t state, Gradient<Simulation>& gradient);
+    void fit_bars();
+    template <class Set>
+    static Set& bars_of(Bars& bars) {
+        return static_cast<Set&>(*bars.set);
+    }
+    template <class Set>
+    void fit(Set& set, Bars& bars);
+    template <std::size_t I, class Add>
+    void add_measure(const Add& add);
+    void write(Gradient<Simulation>& gradient);
+
+    Simulation& simulation_;
+    std::unique_ptr<Checkpoints<Snapshot>> kept_;
+    std::vector<Moment> moments_;  // of each state
+    std::vector<double> dts_;      // of each step
+    std::vector<Interval> intervals_;
+    std::vector<Measure> measures_;
+    std::vector<std::uint32_t> repetitions_;
+    std::vector<Bars> bars_;
+    std::vector<std::vector<double>> of_material_;
+    aligned_vector<S> momenta_, momenta_before_;
+    SparseGrid<S, D> bar_grid_, bar_before_;
+};
+
+}  // namespace firn::inline FIRN_BUILD
+
+#include <firn/adjoint/adjoint-inl.hpp>

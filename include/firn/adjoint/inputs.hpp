@@ -1,0 +1,138 @@
+/// \file The parameters of a policy as inputs of a derivative.
+#pragma once
+
+#include <firn/core/parameters.hpp>
+#include <firn/core/pack.hpp>
+#include <firn/math/traced.hpp>
+
+#include <span>
+#include <vector>
+
+namespace firn::inline FIRN_BUILD {
+
+/// The sum of the derivatives in all lanes.
+template <class P>
+double sum_of_lanes(const P& a) {
+    double sum = 0;
+    for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) sum += double(lane_value(a, lane));
+    return sum;
+}
+
+namespace detail {
+
+/// Calls f(number) for each number among the parameters of a policy: a scalar S of its own. Numbers of other types are
+/// no inputs.
+template <class S, class P, class F>
+void for_numbers(P& policy, const F& f) {
+    for_parameters(policy, [&](const std::string&, const char*, auto& value) {
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::same_as<Value, S>)
+            f(value);
+        else if constexpr (is_vector<Value>)
+            if constexpr (std::same_as<std::remove_cvref_t<decltype(value.v[0])>, S>)
+                for (auto& number : value.v) f(number);
+    });
+}
+
+/// The parameters of a policy as inputs on the tape of this thread: the first nodes of the tape.
+template <class T, class Lifted>
+class TracedPolicy {
+public:
+    /// Empties the tape and makes a node for each parameter.
+    explicit TracedPolicy(const Lifted& lifted) : policy_(lifted) {
+        Tape<T>& tape = Tape<T>::mine();
+        first_ = tape.size();
+        for_numbers<traced<T>>(policy_, [&](traced<T>& number) { number = traced<T>::input(number.value); });
+        count_ = tape.size() - first_;
+    }
+    const Lifted& operator*() const { return policy_; }        ///< Returns the policy.
+    std::size_t count() const { return count_; }               ///< Returns the number of parameters.
+    /// Adds the derivatives with respect to the parameters to `sums`.
+    void add_to(std::span<double> sums) const {
+        const Tape<T>& tape = Tape<T>::mine();
+        for (std::size_t k = 0; k < count_; ++k) sums[k] += sum_of_lanes(tape.adjoint(std::uint32_t(first_ + k)));
+    }
+
+private:
+    Lifted policy_;
+    std::size_t first_, count_;
+};
+
+/// Returns the number of inputs among the parameters of a policy that was lifted to traced numbers.
+template <class T, class Lifted>
+std::size_t count_of_inputs(const Lifted& lifted) {
+    std::size_t count = 0;
+    Lifted copy = lifted;
+    for_numbers<traced<T>>(copy, [&](const traced<T>&) { ++count; });
+    return count;
+}
+
+/// Sums of derivatives that have the same bits for any number of threads: one for each piece of work, added in order.
+class OrderedSums {
+public:
+    /// \param pieces  number of pieces of work;  \param numbers  number of sums
+    OrderedSums(std::size_t pieces, std::size_t numbers) : numbers_(numbers), of_pieces_(pieces * numbers) {}
+    /// Returns the sums of one piece.
+    std::span<double> of(std::size_t piece) { return std::span(of_pieces_).subspan(piece * numbers_, numbers_); }
+    /// Adds the sums of all pieces to `total`.
+    void add_to(std::span<double> total) const {
+        for (std::size_t i = 0; i < of_pieces_.size(); ++i) total[i % numbers_] += of_pieces_[i];
+    }
+
+private:
+    std::size_t numbers_;
+    std::vector<double> of_pieces_;
+};
+
+/// Returns vectors, or other values, as inputs of a derivative.
+/// @{
+template <class P, int D>
+FIRN_INLINE Vec<traced<P>, D> inputs(const Vec<P, D>& a) {
+    Vec<traced<P>, D> r;
+    unroll<D>([&](auto k) FIRN_LAMBDA { r.v[k] = traced<P>::input(a.v[k]); });
+    return r;
+}
+template <class P, int D>
+FIRN_INLINE Mat<traced<P>, D> inputs(const Mat<P, D>& a) {
+    Mat<traced<P>, D> r;
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = traced<P>::input(a.m[k]); });
+    return r;
+}
+/// @}
+/// Returns the adjoints of inputs or results; 0 for constants.
+/// @{
+template <class P>
+FIRN_INLINE P adjoint_of(const traced<P>& a) {
+    return a.node == Tape<P>::no_node ? P(0) : Tape<P>::mine().adjoint(a.node);
+}
+template <class P, int D>
+FIRN_INLINE Vec<P, D> adjoint_of(const Vec<traced<P>, D>& a) {
+    Vec<P, D> r;
+    unroll<D>([&](auto k) FIRN_LAMBDA { r.v[k] = adjoint_of(a.v[k]); });
+    return r;
+}
+template <class P, int D>
+FIRN_INLINE Mat<P, D> adjoint_of(const Mat<traced<P>, D>& a) {
+    Mat<P, D> r;
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = adjoint_of(a.m[k]); });
+    return r;
+}
+/// @}
+/// Sets the adjoint of a result.
+/// @{
+template <class P>
+FIRN_INLINE void seed(const traced<P>& result, const P& adjoint) {
+    if (result.node != Tape<P>::no_node) Tape<P>::mine().seed(result.node, adjoint);
+}
+template <class P, int D>
+FIRN_INLINE void seed(const Vec<traced<P>, D>& result, const Vec<P, D>& adjoint) {
+    unroll<D>([&](auto k) FIRN_LAMBDA { seed(result.v[k], adjoint.v[k]); });
+}
+template <class P, int D>
+FIRN_INLINE void seed(const Mat<traced<P>, D>& result, const Mat<P, D>& adjoint) {
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { seed(result.m[k], adjoint.m[k]); });
+}
+/// @}
+
+}  // namespace detail
+}  // namespace firn::inline FIRN_BUILD
