@@ -12,6 +12,11 @@
 #include <firn/loops/g2p.hpp>
 #include <firn/loops/grid_update.hpp>
 #include <firn/loops/p2g_with_velocities.hpp>
+#include <firn/material/fixed_corotated.hpp>
+#include <firn/material/hencky.hpp>
+#include <firn/material/neo_hookean.hpp>
+#include <firn/transfer/apic.hpp>
+#include <firn/transfer/pic.hpp>
 
 #include <optional>
 
@@ -40,6 +45,36 @@ struct RecordView {
     using Field = decltype(View::position);
 
     Field position, record;
+};
+
+/// A material's state has at most so many numbers.
+inline constexpr std::size_t most_numbers = 64;
+
+/// Whether the stress of a material is the derivative of its energy_density() by F, which is all of its state.
+/// \see MaterialBack
+template <class Material>
+inline constexpr bool comes_from_energy = false;
+template <class S>
+inline constexpr bool comes_from_energy<FixedCorotated<S>> = true;
+template <class S>
+inline constexpr bool comes_from_energy<NeoHookean<S>> = true;
+template <class S>
+inline constexpr bool comes_from_energy<Hencky<S>> = true;
+
+/// Whether a transfer keeps the affine field C as it is, or carries none.
+template <class Transfer>
+inline constexpr bool keeps_affine_field = false;
+template <>
+inline constexpr bool keeps_affine_field<Apic> = true;
+template <>
+inline constexpr bool keeps_affine_field<Pic> = true;
+
+/// In place of a transfer, to get the whole affine field.
+struct WholeField {
+    template <class M>
+    FIRN_INLINE static M affine_field(const M& C) {
+        return C;
+    }
 };
 
 /// The number of components of a record, apart from the mass.
@@ -103,7 +138,7 @@ FIRN_INLINE void for_registers(const Places& places, const BlockGroup& group, co
 /// Returns the state of particles as inputs, from their stored numbers.
 template <class State, class Field, std::size_t N, class P>
 FIRN_INLINE State state_inputs(const std::array<Field, N>& fields, const Slots& slots,
-                               std::array<traced<P>, 64>& numbers) {
+                               std::array<traced<P>, most_numbers>& numbers) {
     State state;
     constexpr auto members = State::fields();
     std::size_t next = 0;
@@ -130,10 +165,183 @@ FIRN_INLINE auto stored_numbers(const State& state) {
 /// Writes the adjoints of inputs of a state.
 template <class Field, std::size_t N, class P>
 FIRN_INLINE void store_adjoints(const std::array<Field, N>& bars, const Slots& slots,
-                                const std::array<traced<P>, 64>& numbers) {
+                                const std::array<traced<P>, most_numbers>& numbers) {
     std::size_t next = 0;
     for (std::size_t f = 0; f < N; ++f)
         for (int k = 0; k < bars[f].components; ++k) bars[f].store(slots, k, adjoint_of(numbers[next++]));
+}
+
+/// The way back of the update of a material and of its stress, for one register of particles.
+template <class Material, class P, int D, std::size_t N>
+class MaterialBack {
+    using T = traced<P>;
+    using Field = BlockedSpan<value_type_t<P>>;
+    using Lifted = with_scalar_t<Material, T>;
+
+public:
+    /// \param material  with its parameters as inputs, the first nodes of the tape
+    MaterialBack(const Material& plain, const Lifted& material, const std::array<Field, N>& fields,
+                 const std::array<Field, N>& bars)
+        : plain_(lift<P>(plain)), dual_(lift<dual<P>>(plain)), material_(material), fields_(fields), bars_(bars) {}
+
+    /// Replaces the adjoints of the new states by those of the old ones.
+    /// \param stress_bar  adjoints of the stress: of the numbers that are stored
+    /// \return  the adjoint of the velocity gradient
+    Mat<P, D> operator()(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
+                         const P (&stress_bar)[symmetric_size<D>]) const {
+        if constexpr (comes_from_energy<Material>)
+            return by_energy(slots, velocity_gradient, dt, stress_bar);
+        else
+            return by_tape(slots, velocity_gradient, dt, stress_bar);
+    }
+
+private:
+    [[gnu::noinline]] Mat<P, D> by_tape(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
+                                        const P (&stress_bar)[symmetric_size<D>]) const {
+        using State = material_state_t<Lifted, D>;
+        const Mat<T, D> L = inputs(velocity_gradient);
+        std::array<T, most_numbers> numbers;
+        const State old = state_inputs<State>(fields_, slots, numbers);
+        State state;
+        Mat<T, D> stress;
+        if constexpr (has_returned_with_stress<Lifted, D>) {
+            const auto after = updated_with_stress(material_, old, L, T(dt));
+            state = after.state;
+            stress = after.stress;
+        } else {
+            state = updated(material_, old, L, T(dt));
+            stress = stress_of(material_, state, L);
+        }
+        const auto stored = stored_numbers(state);
+        Tape<P>& tape = Tape<P>::mine();
+        tape.begin();
+        seed_stress(stress, stress_bar);
+        unroll<int(N)>([&](auto f) FIRN_LAMBDA {
+            const auto& own = std::get<f>(stored);
+            for (std::size_t k = 0; k < own.size(); ++k) seed(own[k], bars_[f].template load<P>(slots, int(k)));
+        });
+        tape.back();
+        store_adjoints(bars_, slots, numbers);
+        return adjoint_of(L);
+    }
+
+    /// Where τ Fᵀ⁻¹ is the derivative of an energy by F, its own derivative is symmetric. So the product of the adjoint
+    /// τ̄ with the derivative of τ is a directional derivative, along τ̄ F:  (dτ(τ̄F) − τ τ̄ + τ̄ τ) F⁻ᵀ.
+    Mat<P, D> by_energy(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
+                        const P (&stress_bar)[symmetric_size<D>]) const {
+        using State = material_state_t<with_scalar_t<Material, P>, D>;
+        using Dual = dual<P>;
+        const State old = load_state<State>(fields_, slots);
+        const State now = followed(old, velocity_gradient, dt);
+        const Mat<P, D> &F = now.F, &before = old.F, H = displacement_gradient(now.F);
+        const Mat<P, D> bar = symmetric<P, D>([&](auto i, auto j) FIRN_LAMBDA {
+            const P stored = stress_bar[symmetric_index<D>(i, j)];
+            return int(i) == int(j) ? stored : P(0.5) * stored;
+        });
+        const Mat<P, D> along = bar * F;
+        Mat<Dual, D> direction;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { direction.m[k] = Dual{H.m[k], along.m[k]}; });
+        const Mat<Dual, D> stress =
+            dual_.kirchhoff_stress(DeformationGradient<Dual, D>::from_displacement(direction));
+        Mat<P, D> tau, change;
+        unroll<D * D>(
+            [&](auto k) FIRN_LAMBDA { tau.m[k] = stress.m[k].value, change.m[k] = stress.m[k].derivative; });
+        Mat<P, D> of_new = (change - tau * bar + bar * tau) * inverse_transposed(F);
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { of_new.m[k] = of_new.m[k] + bars_[0].template load<P>(slots, k); });
+        const Mat<P, D> of_old = of_new + transpose(velocity_gradient) * of_new * dt;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { bars_[0].store(slots, k, of_old.m[k]); });
+        of_parameters(H, stress_bar);
+        return of_new * transpose(before) * dt;
+    }
+    /// The derivatives by the parameters: F is a constant, so the tape has only what depends on them.
+    [[gnu::noinline]] void of_parameters(const Mat<P, D>& H, const P (&stress_bar)[symmetric_size<D>]) const {
+        Mat<T, D> constant;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { constant.m[k] = T(H.m[k]); });
+        const Mat<T, D> stress =
+            material_.kirchhoff_stress(DeformationGradient<T, D>::from_displacement(constant));
+        Tape<P>& tape = Tape<P>::mine();
+        tape.begin();
+        seed_stress(stress, stress_bar);
+        tape.back();
+    }
+    static void seed_stress(const Mat<T, D>& stress, const P (&stress_bar)[symmetric_size<D>]) {
+        unroll<D>([&](auto i) FIRN_LAMBDA {
+            unroll<D - i>([&](auto j) FIRN_LAMBDA {
+                seed(stress(i, i + j), stress_bar[symmetric_index<D>(i, i + j)]);
+            });
+        });
+    }
+    /// Returns (F⁻¹)ᵀ: the matrix of cofactors, divided by the determinant.
+    static Mat<P, D> inverse_transposed(const Mat<P, D>& F) {
+        const P per_determinant = P(1) / determinant(F);
+        Mat<P, D> r;
+        unroll<D>([&](auto i) FIRN_LAMBDA {
+            unroll<D>([&](auto j) FIRN_LAMBDA {
+                if constexpr (D == 2) {
+                    r(i, j) = F(1 - i, 1 - j) * (int(i) == int(j) ? per_determinant : -per_determinant);
+                } else {
+                    constexpr int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+                    r(i, j) = (F(i1, j1) * F(i2, j2) - F(i1, j2) * F(i2, j1)) * per_determinant;
+                }
+            });
+        });
+        return r;
+    }
+
+    with_scalar_t<Material, P> plain_;
+    with_scalar_t<Material, dual<P>> dual_;
+    const Lifted& material_;
+    const std::array<Field, N>&fields_, &bars_;
+};
+
+/// Returns A : B, the sum of the products of all elements.
+template <class P, int D>
+FIRN_INLINE P contracted(const Mat<P, D>& A, const Mat<P, D>& B) {
+    P sum = A.m[0] * B.m[0];
+    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + A.m[k + 1] * B.m[k + 1]; });
+    return sum;
+}
+
+/// The way back of take_from_grid(), which is linear in the sums: from the adjoints of velocity, affine field and
+/// velocity gradient to those of the sums, as a record whose scatter gives the adjoints of the nodes.
+/// \param offset_bar  receives the adjoint of the offset
+template <class Kernel, class Transfer, class Force, class P, int D>
+FIRN_INLINE P2GRecord<P, D> give_back_to_grid(const G2PSums<P, D>& sums, const Vec<P, D>& d, const P& h,
+                                              const G2PResult<P, D>& bar, Vec<P, D>& offset_bar) {
+    constexpr bool moment = g2p_needs_moment<Kernel, Transfer, Force>,
+                   gradient = g2p_needs_gradient<Kernel, Transfer, Force>;
+    P2GRecord<P, D> record{P(0), bar.velocity, Mat<P, D>::zero(), Mat<P, D>::zero()};
+    offset_bar = Vec<P, D>::zero();
+    if constexpr (!moment) {
+        record.gradient = (bar.affine + bar.velocity_gradient) * (P(1) / h);
+    } else {
+        // C = (moment − velocity dᵀ) s, with a factor s for each axis that may depend on d.
+        Mat<P, D> C_bar = bar.affine;
+        if constexpr (gradient)
+            record.gradient = bar.velocity_gradient * (P(1) / h);
+        else
+            C_bar += bar.velocity_gradient;
+        unroll<D>([&](auto j) FIRN_LAMBDA {
+            P scale;
+            if constexpr (has_local_inertia<Kernel>) {
+                const dual<P> slope = dual<P>(1) / (dual<P>{h, P(0)} * Kernel::inertia(dual<P>{d.v[j], P(1)}));
+                scale = slope.value;
+                unroll<D>([&](auto i) FIRN_LAMBDA {
+                    offset_bar.v[j] = offset_bar.v[j] + C_bar(i, j) * (sums.moment(i, j) - sums.velocity.v[i] * d.v[j]) *
+                                                            slope.derivative;
+                });
+            } else {
+                scale = h * inverse_inertia<Kernel>(h);
+            }
+            unroll<D>([&](auto i) FIRN_LAMBDA {
+                const P of_moment = C_bar(i, j) * scale;
+                record.affine(i, j) = of_moment;
+                record.momentum.v[i] = record.momentum.v[i] - of_moment * d.v[j];
+                offset_bar.v[j] = offset_bar.v[j] - of_moment * sums.velocity.v[i];
+            });
+        });
+    }
+    return record;
 }
 
 /// The way back of G2P for the particles of a set: reads the adjoints of the new particles from `bar` and writes those
@@ -147,7 +355,6 @@ class G2PBack {
     using View = ParticleView<S, D, BlockedSpan<S>, State>;
     using LiftedMaterial = with_scalar_t<Material, T>;
     using LiftedTransfer = with_scalar_t<Transfer, T>;
-    using LiftedState = material_state_t<LiftedMaterial, D>;
     static constexpr bool blended = blends_velocities<Transfer>;
 
 public:
@@ -155,13 +362,14 @@ public:
     G2PBack(const View& view, const View& bar, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
             const Material& material, double dt, const Transfer& transfer, BlockedSpan<S> records,
             BlockedSpan<S> records_before)
-        : view_(view), bar_(bar), partition_(partition), grid_(grid), positions_(grid.domain()),
-          material_(lift<T>(material)), transfer_(lift<T>(transfer)), h_(S(grid.domain().cell_size)), dt_(S(dt)),
+        : view_(view), bar_(bar), partition_(partition), grid_(grid), positions_(grid.domain()), plain_(material),
+          material_(lift<T>(material)), transfer_(lift<T>(transfer)), transfer_given_(transfer), h_(S(grid.domain().cell_size)), dt_(S(dt)),
           per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)), records_(records),
           records_before_(records_before) {}
 
-    /// Returns the number of parameters of the material and of the transfer.
+    /// Returns the number of parameters of the material.
     std::size_t of_material() const { return count_of_inputs<P>(material_); }
+    /// Returns the number of parameters of the transfer.
     std::size_t of_transfer() const { return count_of_inputs<P>(transfer_); }
 
     /// Does the work for a group. \param sums  receives the derivatives by the parameters
@@ -170,7 +378,8 @@ public:
         const GroupPlaces<View> places(view_, partition_, group, positions_);
         const FilledArena<Kernel, S, D> now(grid_.nodes(0), grid_, partition_, group, places);
         std::optional<FilledArena<Kernel, S, D>> before_forces;
-        if constexpr (blended) before_forces.emplace(grid_.layer(layer::before_forces), grid_, partition_, group, places);
+        if constexpr (blended)
+            before_forces.emplace(grid_.layer(layer::before_forces), grid_, partition_, group, places);
         PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
         TransferSums<Kernel, Transfer, Force, S, D> of_pack;
         PackSums<Kernel, false, false, S, D> before;
@@ -179,6 +388,10 @@ public:
         const TracedPolicy<P, LiftedMaterial> material(material_);
         const TracedPolicy<P, LiftedTransfer> transfer(transfer_);
         const std::size_t start = tape.size();
+        const MaterialBack<Material, P, D, std::tuple_size_v<decltype(view_.state)>> material_back(
+            plain_, *material, view_.state, bar_.state);
+        const auto plain_transfer = lift<P>(transfer_given_);
+        const P h(h_);
         const int n = now.arena.n;
         for_registers<P>(
             places, group,
@@ -192,50 +405,89 @@ public:
                 if constexpr (blended) gather_from_arena(pack.weights, before_forces->arena.node, n, before);
             },
             [&](const Slots& slots, std::size_t slot, int lane) {
-                tape.cut(start);
-                Inputs in;
                 const G2PSums<P, D> sums_at = of_pack.lanes(lane);
-                Vec<P, D> before_at = Vec<P, D>::zero();
-                if constexpr (blended) before_at = before.lanes(lane).velocity;
-                back(in, slots, places.blocks().template lower<P>(slot), pack.offset(lane), sums_at, before_at, *material,
-                     *transfer);
+                const Vec<P, D> offset = pack.offset(lane), place = load_vector<P, D>(view_.position, slots);
+                const auto taken = take_from_grid<Kernel, Transfer, Force>(sums_at, offset, h, plain_transfer);
+                G2PResult<P, D> result{load_vector<P, D>(bar_.velocity, slots), Mat<P, D>::zero(), {}};
+                unroll<D * D>([&](auto k) FIRN_LAMBDA {
+                    if constexpr (Transfer::affine)
+                        result.affine.m[k] = bar_.affine.template load<P>(slots, k);
+                });
+                P stress_bar[symmetric_size<D>];
+                unroll<symmetric_size<D>>(
+                    [&](auto k) FIRN_LAMBDA { stress_bar[k] = bar_.stress.template load<P>(slots, k); });
+                tape.cut(start);
+                result.velocity_gradient = material_back(slots, taken.velocity_gradient, P(dt_), stress_bar);
                 material.add_to(sums.first(material.count()));
-                transfer.add_to(sums.subspan(material.count()));
-                const P2GRecord<P, D> record = in.record();
+
+                // The move: a particle that is kept inside the domain does not move with its velocity.
+                Vec<P, D> place_bar = load_vector<P, D>(bar_.position, slots), motion_bar = place_bar * P(per_velocity_);
+                Vec<P, D> own_bar = Vec<P, D>::zero(), before_bar = own_bar, before_at = own_bar;
+                const Vec<P, D> own = load_vector<P, D>(view_.velocity, slots);
+                Vec<P, D> motion = taken.velocity;
+                if constexpr (blended) {
+                    before_at = before.lanes(lane).velocity;
+                    motion = plain_transfer.blended(taken.velocity, before_at, own, taken.velocity_gradient).motion;
+                }
+                const Vec<P, D> block = places.blocks().template lower<P>(slot), lowest = positions_.lowest(block),
+                                highest = positions_.highest(block);
+                unroll<D>([&](auto a) FIRN_LAMBDA {
+                    const P to = place.v[a] + motion.v[a] * P(per_velocity_);
+                    const auto kept = (to < lowest.v[a]) | (highest.v[a] < to);
+                    place_bar.v[a] = select(kept, P(0), place_bar.v[a]);
+                    motion_bar.v[a] = select(kept, P(0), motion_bar.v[a]);
+                });
+                if constexpr (blended || !keeps_affine_field<Transfer>) {
+                    tape.cut(start);
+                    const Vec<T, D> velocity = inputs(taken.velocity), at_start = inputs(own),
+                                    at_nodes = inputs(before_at);
+                    const Mat<T, D> L = inputs(taken.velocity_gradient);
+                    const auto after = blend(*transfer, velocity, at_nodes, at_start, L);
+                    // The transfer is given the affine field from which it made its own; it is the velocity gradient
+                    // unless the force form has another.
+                    const Mat<T, D> C = inputs(whole_affine(sums_at, offset, h));
+                    const Mat<T, D> affine = (*transfer).affine_field(C);
+                    tape.begin();
+                    seed(after.velocity, result.velocity);
+                    seed(after.motion, motion_bar);
+                    if constexpr (Transfer::affine) seed(affine, result.affine);
+                    tape.back();
+                    transfer.add_to(sums.subspan(material.count()));
+                    result.velocity = adjoint_of(velocity);
+                    result.velocity_gradient += adjoint_of(L);
+                    result.affine = adjoint_of(C);
+                    own_bar = blended ? adjoint_of(at_start) : own_bar;
+                    before_bar = adjoint_of(at_nodes);
+                } else {
+                    result.velocity += motion_bar;
+                }
+                Vec<P, D> offset_bar;
+                const P2GRecord<P, D> record =
+                    give_back_to_grid<Kernel, Transfer, Force>(sums_at, offset, h, result, offset_bar);
+
                 const Vec<P, D> fraction = locate<Kernel>(places.template position<P>(slot)).fraction;
                 constexpr bool gradients = Force::weight_gradients;
                 const WeightSlopes<Kernel, gradients, P, D> weights(fraction);
-                Vec<P, D> place = adjoint_of(in.place) + adjoint_of(in.offset) +
-                                  slope_of_sums<Kernel, gradients>(record, weights, now.arena.node, n,
-                                                                   pack.weights.corner + lane);
+                place_bar += offset_bar + slope_of_sums<Kernel, gradients>(record, weights, now.arena.node, n,
+                                                                           pack.weights.corner + lane);
                 store_record(records_, slots, record, gradients);
                 if constexpr (blended) {
-                    P2GRecord<P, D> other{P(0), adjoint_of(in.before), Mat<P, D>::zero(), Mat<P, D>::zero()};
+                    const P2GRecord<P, D> other{P(0), before_bar, Mat<P, D>::zero(), Mat<P, D>::zero()};
                     const WeightSlopes<Kernel, false, P, D> plain(fraction);
-                    place += slope_of_sums<Kernel, false>(other, plain, before_forces->arena.node, n,
-                                                          pack.weights.corner + lane);
+                    place_bar += slope_of_sums<Kernel, false>(other, plain, before_forces->arena.node, n,
+                                                              pack.weights.corner + lane);
                     store_record(records_before_, slots, other, false);
                 }
                 unroll<D>([&](auto a) FIRN_LAMBDA {
-                    bar_.position.store(slots, a, place.v[a]);
-                    bar_.velocity.store(slots, a, blended ? adjoint_of(in.own.v[a]) : P(0));
+                    bar_.position.store(slots, a, place_bar.v[a]);
+                    bar_.velocity.store(slots, a, own_bar.v[a]);
                 });
                 unroll<D * D>([&](auto k) FIRN_LAMBDA { bar_.affine.store(slots, k, P(0)); });
                 unroll<symmetric_size<D>>([&](auto k) FIRN_LAMBDA { bar_.stress.store(slots, k, P(0)); });
-                store_adjoints(bar_.state, slots, in.state);
             });
     }
 
 private:
-    struct Inputs {
-        Vec<T, D> velocity, offset, place, own, before;
-        Mat<T, D> moment, gradient;
-        std::array<T, 64> state;
-
-        P2GRecord<P, D> record() const {
-            return {P(0), adjoint_of(velocity), adjoint_of(moment), adjoint_of(gradient)};
-        }
-    };
     static void store_record(const BlockedSpan<S>& to, const Slots& slots, const P2GRecord<P, D>& record,
                              bool gradients) {
         unroll<D>([&](auto k) FIRN_LAMBDA { to.store(slots, k, record.momentum.v[k]); });
@@ -244,76 +496,54 @@ private:
             if (gradients) to.store(slots, D + D * D + k, record.gradient.m[k]);
         });
     }
-
-    /// Computes the new particles of one register as G2P does, and goes back.
-    [[gnu::noinline]] void back(Inputs& in, const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
-                                const G2PSums<P, D>& sums_at, const Vec<P, D>& before_at,
-                                const LiftedMaterial& material, const LiftedTransfer& transfer) const {
-        Tape<P>& tape = Tape<P>::mine();
-        in.velocity = inputs(sums_at.velocity);
-        in.moment = in.gradient = Mat<T, D>::zero();
-        if constexpr (g2p_needs_moment<Kernel, Transfer, Force>) in.moment = inputs(sums_at.moment);
-        if constexpr (g2p_needs_gradient<Kernel, Transfer, Force>) in.gradient = inputs(sums_at.gradient);
-        in.offset = inputs(offset);
-        in.place = inputs(load_vector<P, D>(view_.position, slots));
-        const LiftedState old = state_inputs<LiftedState>(view_.state, slots, in.state);
-
-        const auto taken = take_from_grid<Kernel, Transfer, Force>(
-            G2PSums<T, D>{in.velocity, in.moment, in.gradient}, in.offset, T(P(h_)), transfer);
-        Mat<T, D> stress;
-        LiftedState state;
-        if constexpr (has_returned_with_stress<LiftedMaterial, D>) {
-            const auto after = updated_with_stress(material, old, taken.velocity_gradient, T(P(dt_)));
-            state = after.state;
-            stress = after.stress;
-        } else {
-            state = updated(material, old, taken.velocity_gradient, T(P(dt_)));
-            stress = stress_of(material, state, taken.velocity_gradient);
-        }
-        Vec<T, D> velocity = taken.velocity, motion = taken.velocity;
-        if constexpr (blended) {
-            in.own = inputs(load_vector<P, D>(view_.velocity, slots));
-            in.before = inputs(before_at);
-            const auto v = transfer.blended(taken.velocity, in.before, in.own, taken.velocity_gradient);
-            velocity = v.velocity, motion = v.motion;
-        }
-        const auto constant = [](const Vec<P, D>& a) FIRN_LAMBDA {
-            Vec<T, D> r;
-            unroll<D>([&](auto k) FIRN_LAMBDA { r.v[k] = T(a.v[k]); });
-            return r;
-        };
-        const auto move = moved_by(motion, T(P(per_velocity_)), in.place, constant(positions_.lowest(block)),
-                                   constant(positions_.highest(block)));
-        const auto stored = stored_numbers(state);
-
-        tape.begin();
-        seed(move.position, load_vector<P, D>(bar_.position, slots));
-        seed(velocity, load_vector<P, D>(bar_.velocity, slots));
-        if constexpr (Transfer::affine)
-            unroll<D * D>([&](auto k)
-                              FIRN_LAMBDA { seed(taken.affine.m[k], bar_.affine.template load<P>(slots, k)); });
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            unroll<D - i>([&](auto j) FIRN_LAMBDA {
-                seed(stress(i, i + j), bar_.stress.template load<P>(slots, symmetric_index<D>(i, i + j)));
-            });
-        });
-        unroll<int(std::tuple_size_v<std::remove_cvref_t<decltype(stored)>>)>([&](auto f) FIRN_LAMBDA {
-            const auto& own = std::get<f>(stored);
-            for (std::size_t k = 0; k < own.size(); ++k)
-                seed(own[k], bar_.state[f].template load<P>(slots, int(k)));
-        });
-        tape.back();
+    /// Returns the affine field before the transfer has taken its part.
+    FIRN_INLINE static Mat<P, D> whole_affine(const G2PSums<P, D>& sums, const Vec<P, D>& d, const P& h) {
+        return take_from_grid<Kernel, Transfer, Force, P, D, WholeField>(sums, d, h, WholeField{}).affine;
+    }
+    template <class V, class M>
+    static auto blend(const LiftedTransfer& transfer, const V& taken, const V& before, const V& own, const M& L) {
+        if constexpr (blended)
+            return transfer.blended(taken, before, own, L);
+        else
+            return ParticleVelocity<T, D>{taken, taken};
     }
 
     const View view_, bar_;
     const BlockPartition<D>& partition_;
     const SparseGrid<S, D>& grid_;
     Positions<View> positions_;
+    const Material& plain_;
     LiftedMaterial material_;
     LiftedTransfer transfer_;
+    Transfer transfer_given_;
     S h_, dt_, per_velocity_;
     BlockedSpan<S> records_, records_before_;
 };
+
+/// The way back of make_record(): from the adjoints of a record to those of what the particle gave. What a force form
+/// makes of the impulse is a multiple of it, so its transpose is the form itself.
+/// \param held  the record;  \param offset_bar  receives the adjoint of the offset
+template <class Kernel, class Transfer, class Force, class P, int D>
+FIRN_INLINE P2GParticle<P, D> give_back_to_particle(const P2GParticle<P, D>& particle, const P2GRecord<P, D>& held,
+                                                    const P2GRecord<P, D>& bar, const Vec<P, D>& d, const P& h,
+                                                    const P& dt, Vec<P, D>& offset_bar) {
+    // p = m v − A d
+    const Mat<P, D> A_bar = bar.affine - outer(bar.momentum, d);
+    offset_bar = -(transpose(held.affine) * bar.momentum);
+    P2GParticle<P, D> of;
+    of.velocity = bar.momentum * particle.mass;
+    of.mass = bar.mass + dot(bar.momentum, particle.velocity);
+    of.affine = Mat<P, D>::zero();
+    if constexpr (Transfer::affine) {
+        of.affine = A_bar * (particle.mass * h);
+        of.mass = of.mass + contracted(particle.affine, A_bar) * h;
+    }
+    const Mat<P, D> impulse_bar =
+        Force::affine_part(A_bar, inverse_inertia<Kernel>(h), h) + Force::gradient_part(bar.gradient, h);
+    of.stress = impulse_bar * (-(dt * particle.volume));
+    of.volume = -(dt * contracted(particle.stress, impulse_bar));
+    return of;
+}
 
 /// The way back of P2G for the particles of a set: adds to the adjoints of what P2G read, from the adjoints of the
 /// momenta and masses of nodes.
@@ -322,7 +552,6 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartition<D>& partition,
               const SparseGrid<S, D>& grid, const S* bars, double dt) {
     using P = native_pack<S>;
-    using T = traced<P>;
     constexpr bool gradients = Force::weight_gradients;
     const Positions<View> positions(grid.domain());
     const S h = S(grid.domain().cell_size);
@@ -333,7 +562,6 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
         const int n = nodes.arena.n;
         PackPlaces<Kernel, gradients, S, D> pack;
         PackSums<Kernel, true, gradients, S, D> of_pack;
-        Tape<P>& tape = Tape<P>::mine();
         const auto add = [](const BlockedSpan<S>& to, const Slots& slots, int k, const P& more)
                              FIRN_LAMBDA { to.store(slots, k, to.template load<P>(slots, k) + more); };
         for_registers<P>(
@@ -347,50 +575,46 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                 gather_from_arena(pack.weights, nodes.arena.node, n, of_pack);
             },
             [&](const Slots& slots, std::size_t slot, int lane) {
-                tape.cut(1);
-                const T mass = T::input(view.mass.template load_or_zero<P>(slots, 0)),
-                        volume = T::input(view.volume.template load_or_zero<P>(slots, 0));
-                const Vec<T, D> velocity = inputs(load_vector<P, D>(view.velocity, slots)),
-                                offset = inputs(pack.offset(lane));
-                Mat<T, D> affine = Mat<T, D>::zero(), stress;
+                P2GParticle<P, D> particle;
+                particle.mass = view.mass.template load_or_zero<P>(slots, 0);
+                particle.volume = view.volume.template load_or_zero<P>(slots, 0);
+                particle.velocity = load_vector<P, D>(view.velocity, slots);
+                particle.stress = load_symmetric<P, D>(view.stress, slots);
+                particle.affine = Mat<P, D>::zero();
                 if constexpr (Transfer::affine)
                     unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                        affine.m[k] = T::input(view.affine.template load<P>(slots, k));
+                        particle.affine.m[k] = view.affine.template load<P>(slots, k);
                     });
-                T tau[symmetric_size<D>];
-                unroll<symmetric_size<D>>(
-                    [&](auto k) FIRN_LAMBDA { tau[k] = T::input(view.stress.template load<P>(slots, k)); });
-                unroll<D * D>([&](auto k) FIRN_LAMBDA { stress.m[k] = tau[symmetric_index<D>(k % D, k / D)]; });
-                const P2GRecord<T, D> record = make_record<Kernel, Transfer, Force>(
-                    P2GParticle<T, D>{mass, volume, velocity, affine, stress}, offset, T(P(h)), T(P(S(dt))));
-                tape.begin();
+                const Vec<P, D> offset = pack.offset(lane);
+                const P2GRecord<P, D> held =
+                    make_record<Kernel, Transfer, Force>(particle, offset, P(h), P(S(dt)));
                 const G2PSums<P, D> sums = of_pack.lanes(lane);
-                seed(record.momentum, sums.velocity);
-                seed(record.affine, sums.moment);
-                if constexpr (gradients) seed(record.gradient, sums.gradient);
-                seed(record.mass, of_pack.fourth(lane));
-                tape.back();
-
-                P2GRecord<P, D> held{record.mass.value, {}, {}, Mat<P, D>::zero()};
-                unroll<D>([&](auto k) FIRN_LAMBDA { held.momentum.v[k] = record.momentum.v[k].value; });
-                unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                    held.affine.m[k] = record.affine.m[k].value;
-                    if constexpr (gradients) held.gradient.m[k] = record.gradient.m[k].value;
-                });
+                Mat<P, D> gradient_bar = Mat<P, D>::zero();
+                if constexpr (gradients) gradient_bar = sums.gradient;
+                Vec<P, D> offset_bar;
+                const P2GParticle<P, D> of = give_back_to_particle<Kernel, Transfer, Force>(
+                    particle, held, {of_pack.fourth(lane), sums.velocity, sums.moment, gradient_bar}, offset, P(h),
+                    P(S(dt)), offset_bar);
                 const WeightSlopes<Kernel, gradients, P, D> weights(
                     locate<Kernel>(places.template position<P>(slot)).fraction);
                 const Vec<P, D> slope = slope_of_sums<Kernel, gradients>(held, weights, nodes.arena.node, n,
                                                                          pack.weights.corner + lane);
-                add(bar.mass, slots, 0, adjoint_of(mass));
-                add(bar.volume, slots, 0, adjoint_of(volume));
+                add(bar.mass, slots, 0, of.mass);
+                add(bar.volume, slots, 0, of.volume);
                 unroll<D>([&](auto a) FIRN_LAMBDA {
-                    add(bar.position, slots, a, slope.v[a] + adjoint_of(offset.v[a]));
-                    add(bar.velocity, slots, a, adjoint_of(velocity.v[a]));
+                    add(bar.position, slots, a, slope.v[a] + offset_bar.v[a]);
+                    add(bar.velocity, slots, a, of.velocity.v[a]);
                 });
                 if constexpr (Transfer::affine)
-                    unroll<D * D>([&](auto k) FIRN_LAMBDA { add(bar.affine, slots, k, adjoint_of(affine.m[k])); });
-                unroll<symmetric_size<D>>(
-                    [&](auto k) FIRN_LAMBDA { add(bar.stress, slots, k, adjoint_of(tau[k])); });
+                    unroll<D * D>([&](auto k) FIRN_LAMBDA { add(bar.affine, slots, k, of.affine.m[k]); });
+                unroll<D>([&](auto i) FIRN_LAMBDA {
+                    unroll<D - i>([&](auto j) FIRN_LAMBDA {  // of the numbers that are stored
+                        constexpr int row = i, column = i + j;
+                        const P both = row == column ? of.stress(row, row)
+                                                     : of.stress(row, column) + of.stress(column, row);
+                        add(bar.stress, slots, symmetric_index<D>(row, column), both);
+                    });
+                });
             });
     });
 }
@@ -437,14 +661,15 @@ void update_stress_back(int threads, const View& view, const View& bar, const Bl
     });
 }
 
-/// A boundary whose parts act at once, as in the grid update.
-template <class Boundary>
+/// A boundary whose parts act at once, as in the grid update, for masses in another unit.
+template <class Boundary, class P>
 struct AllAtOnce {
     const Boundary& boundary;
+    const P& unit_of_mass;  // [kg]
 
     template <class T, int D>
     Vec<T, D> velocity(const Vec<T, D>& x, const Vec<T, D>& v, const T& mass, const T& dt) const {
-        return velocity_among(boundary, x, v, NoOthers{}, AnySurface{}, NodeInertia<T>{mass, dt});
+        return velocity_among(boundary, x, v, NoOthers{}, AnySurface{}, NodeInertia<T>{mass * T(unit_of_mass), dt});
     }
 };
 
@@ -481,26 +706,30 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
                 load_quads(bars + first_node + from * node_width, bar);
                 if (!any(r[node_mass] > P(0))) continue;
                 tape.cut(start);
+                // Masses of nodes range down to the smallest numbers, whose inverse squares are infinite. So the mass of
+                // each node is the unit of its momentum and mass.
+                const auto filled = r[node_mass] >= P(std::numeric_limits<S>::min());
+                const P unit = select(filled, r[node_mass], P(1)), per_unit = P(1) / unit;
                 const Vec<P, D> place = places_of_nodes<P, D>(cast<S>(low), S(h), from);
                 Vec<T, D> momentum, x;
                 Vec<P, D> adjoint;
                 unroll<D>([&](auto a) FIRN_LAMBDA {
-                    momentum.v[a] = T::input(r[a]);
+                    momentum.v[a] = T::input(r[a] * per_unit);
                     x.v[a] = T(place.v[a]);
                     adjoint.v[a] = bar[a];
                 });
-                const T mass = T::input(r[node_mass]);
+                const T mass = T::input(r[node_mass] * per_unit);
                 const auto velocity = [&](const auto& boundary) {
                     return node_velocity(momentum, mass, x, *field, T(P(S(dt))), boundary);
                 };
-                const Vec<T, D> v = reached ? velocity(AllAtOnce<Lifted>{**walls}) : velocity(NoBoundary{});
+                const Vec<T, D> v = reached ? velocity(AllAtOnce<Lifted, P>{**walls, unit}) : velocity(NoBoundary{});
                 tape.begin();
                 seed(v, adjoint);
                 tape.back();
                 field.add_to(sums.of(b).first(field.count()));
                 if (reached) walls->add_to(sums.of(b).subspan(field.count()));
-                unroll<D>([&](auto a) FIRN_LAMBDA { bar[a] = adjoint_of(momentum.v[a]); });
-                bar[node_mass] = adjoint_of(mass);
+                unroll<D>([&](auto a) FIRN_LAMBDA { bar[a] = adjoint_of(momentum.v[a]) * per_unit; });
+                bar[node_mass] = adjoint_of(mass) * per_unit;
                 store_quads(bar, bars + first_node + from * node_width);
             }
         },
