@@ -72,6 +72,15 @@ void Adjoint<Simulation>::restore(const Snapshot& from) {
 }
 
 template <class Simulation>
+void Adjoint<Simulation>::swap_with(Snapshot& from) {
+    simulation_.for_materials(
+        [&]<class Set>(Set& set, std::size_t k) { std::swap(set, static_cast<Set&>(*from.sets[k])); });
+    simulation_.now_ = from.now;
+    simulation_.boundary = from.boundary;
+    simulation_.activate();
+}
+
+template <class Simulation>
 template <class Acceleration, class Take>
 void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
     const Moment& last = moments_.back();
@@ -152,11 +161,15 @@ template <class Simulation>
 void Adjoint<Simulation>::bring_state(std::size_t state) {
     kept_->forget_behind(state);
     std::size_t at = kept_->last();
+    if (at == state && at > 0) {  // its last use
+        kept_->take_last([&](Snapshot& from) { swap_with(from); });
+        return;
+    }
     restore(kept_->state());
     while (at < state) {
         const std::size_t to = kept_->way_to(state);
         for (; at < to; ++at) take_again(at);
-        kept_->keep_again(at, [&](Snapshot& into) { store(into); });
+        if (at < state) kept_->keep_again(at, [&](Snapshot& into) { store(into); });
     }
 }
 
@@ -176,8 +189,11 @@ void Adjoint<Simulation>::fit(Set& set, Bars& bars) {
         for (std::size_t slot = 0; same && slot < now.slots(); ++slot) same = old.id(slot) == now.id(slot);
         if (same) return;
     }
-    auto fresh = set.copy();
-    auto& adjoints = static_cast<Set&>(*fresh).particles;
+    if (bars.other)
+        static_cast<Set&>(*bars.other) = set;
+    else
+        bars.other = set.copy();
+    auto& adjoints = static_cast<Set&>(*bars.other).particles;
     const auto to = fields(adjoints);
     const int threads = simulation_.workers();
     detail::for_chunks(now.slots(), threads, [&](std::size_t first, std::size_t last) {
@@ -200,7 +216,7 @@ void Adjoint<Simulation>::fit(Set& set, Bars& bars) {
             }
         });
     }
-    bars.set = std::move(fresh);
+    std::swap(bars.set, bars.other);
     const std::size_t slots = now.slots();
     bars.records.resize(slots * std::size_t(detail::record_size<Force, D>));
     if (blended) bars.records_before.resize(slots * std::size_t(D + D * D));
@@ -445,6 +461,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
         throw usage_error("Nothing was measured: call measure() at the times that count, then gradient().");
     if (!(simulation_.now_ == moments_.back()))
         throw usage_error("The simulation was advanced without the adjoint since its last step.");
+    kept_->finish([&](Snapshot& to) { store(to); });
     Snapshot end;
     store(end);
     const Boundary boundary = simulation_.boundary;
@@ -466,7 +483,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
     of_material_.assign(simulation_.sets_.size(), {});
     for (Interval& interval : intervals_) interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
-    for (Bars& bars : bars_) bars.set.reset();
+    for (Bars& bars : bars_) bars.set.reset(), bars.other.reset();
     parallel_region(simulation_.workers(), [&] {
         fit_bars();
         add_measures(steps());

@@ -137,7 +137,7 @@ private:
     };
     /// The adjoints of the particles of a set, in the layout of the particles, and room for records.
     struct Bars {
-        std::unique_ptr<SetOf<S, D>> set;  // its particles have adjoints in place of their numbers
+        std::unique_ptr<SetOf<S, D>> set, other;  // the particles of `set` have adjoints in place of their numbers
         aligned_vector<S> records, records_before;
     };
     struct Measure {
@@ -152,6 +152,7 @@ private:
     void refuse_what_has_no_way_back() const;
     void store(Snapshot& to) const;
     void restore(const Snapshot& from);
+    void swap_with(Snapshot& from);
     void use(const Interval& interval);
     Interval& interval_of(std::size_t step);
     void take_again(std::size_t step);

@@ -1,9 +1,11 @@
 /// \file Which states of a run are kept, so that the way back needs little memory and few steps are taken again.
 ///
-/// On the way forward the number of steps is not known beforehand: Wang, Moin and Iaccarino 2009, "Minimal repetition
-/// dynamic checkpointing algorithm for unsteady adjoint calculation"; compare Stumm and Walther 2010. On the way back
-/// it is, and checkpoints are placed as by Griewank and Walther 2000, "Algorithm 799: revolve". With s checkpoints, no
-/// step of a run of at most C(s + r, s) steps is taken again more than r times.
+/// On the way forward the number of steps is not known beforehand. Every d-th state is kept; when five eighths of the
+/// checkpoints are in use, every other one is given up and d is doubled, so that few states are stored in vain. With
+/// fewer than ten checkpoints, which ones are kept is as by Wang, Moin and Iaccarino 2009, "Minimal repetition dynamic
+/// checkpointing algorithm for unsteady adjoint calculation"; compare Stumm and Walther 2010. On the way back the
+/// number is known, and checkpoints are placed as by Griewank and Walther 2000, "Algorithm 799: revolve". With s
+/// checkpoints, no step of a run of at most C(s + r, s) steps is taken again more than r times.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -35,28 +37,34 @@ public:
     std::size_t most() const { return most_; }
 
     /// On the way forward, keeps the state `index`, which follows the last one that was given; perhaps gives up another
-    /// one for it. \param store  store(state) writes the state
+    /// one for it. If the next state will take its place, nothing is stored before finish(). \param store  store(state)
+    /// writes the state
     template <class Store>
     void keep(std::size_t index, const Store& store) {
+        if (most_ >= least_for_strides) return keep_by_strides(index, store);
         std::size_t level = kept_.empty() ? first_level : 0;
         if (kept_.size() == most_) {
-            // One is dispensable if a later one has a higher level.
-            std::size_t highest = 0, found = kept_.size();
-            for (std::size_t k = kept_.size(); k-- > 0;) {
-                if (kept_[k].level < highest) {
-                    found = k;
-                    break;
-                }
-                highest = std::max(highest, kept_[k].level);
-            }
-            if (found == kept_.size()) {
-                found = kept_.size() - 1;
-                level = kept_[found].level + 1;
-            }
-            free_.push_back(std::move(kept_[found].state));
+            std::size_t found = dispensable();
+            if (found == kept_.size()) level = kept_[--found].level + 1;
+            if (kept_[found].state) free_.push_back(std::move(kept_[found].state));
             kept_.erase(kept_.begin() + std::ptrdiff_t(found));
         }
-        add(index, level, store);
+        kept_.push_back({index, level, nullptr});
+        if (kept_.size() < most_ || dispensable() < kept_.size()) finish(store);
+    }
+    /// Stores the last state that was given, if it is not stored yet.
+    template <class Store>
+    void finish(const Store& store) {
+        if (kept_.back().state) return;
+        kept_.back().state = free_state();
+        store(*kept_.back().state);
+    }
+    /// Takes the last checkpoint away: take(state) may leave anything in the state.
+    template <class Take>
+    void take_last(const Take& take) {
+        take(*kept_.back().state);
+        free_.push_back(std::move(kept_.back().state));
+        kept_.pop_back();
     }
     /// On the way back, returns how far to go from the last checkpoint towards the state `wanted`, behind which all are
     /// done. If the way ends before, that state is to be kept. \see keep_again
@@ -76,18 +84,43 @@ public:
     /// Gives up the checkpoints behind state `index`.
     void forget_behind(std::size_t index) {
         while (!kept_.empty() && kept_.back().index > index) {
-            free_.push_back(std::move(kept_.back().state));
+            if (kept_.back().state) free_.push_back(std::move(kept_.back().state));
             kept_.pop_back();
         }
     }
 
 private:
     template <class Store>
+    void keep_by_strides(std::size_t index, const Store& store) {
+        if (index % stride_ != 0) return;
+        if (kept_.size() == most_ * 5 / 8) {
+            stride_ *= 2;
+            for (Kept& one : kept_)
+                if (one.index % stride_ != 0) free_.push_back(std::move(one.state));
+            std::erase_if(kept_, [&](const Kept& one) { return one.index % stride_ != 0; });
+            if (index % stride_ != 0) return;
+        }
+        add(index, 0, store);
+    }
+    template <class Store>
     void add(std::size_t index, std::size_t level, const Store& store) {
-        if (free_.empty()) free_.push_back(std::make_unique<State>());
-        store(*free_.back());
-        kept_.push_back({index, level, std::move(free_.back())});
+        kept_.push_back({index, level, free_state()});
+        store(*kept_.back().state);
+    }
+    std::unique_ptr<State> free_state() {
+        if (free_.empty()) return std::make_unique<State>();
+        auto state = std::move(free_.back());
         free_.pop_back();
+        return state;
+    }
+    /// Returns which checkpoint is dispensable, because a later one has a higher level; kept_.size() if none is.
+    std::size_t dispensable() const {
+        std::size_t highest = 0;
+        for (std::size_t k = kept_.size(); k-- > 0;) {
+            if (kept_[k].level < highest) return k;
+            highest = std::max(highest, kept_[k].level);
+        }
+        return kept_.size();
     }
     /// Returns n over k, or a large number.
     static std::size_t choose(std::size_t n, std::size_t k) {
@@ -96,13 +129,14 @@ private:
         return value < 1e15 ? std::size_t(value + 0.5) : std::size_t(1e15);
     }
 
+    static constexpr std::size_t least_for_strides = 10;
     static constexpr std::size_t first_level = std::numeric_limits<std::size_t>::max();
     struct Kept {
         std::size_t index, level;
         std::unique_ptr<State> state;
     };
 
-    std::size_t most_;
+    std::size_t most_, stride_ = 1;
     std::vector<Kept> kept_;
     std::vector<std::unique_ptr<State>> free_;
 };

@@ -50,7 +50,8 @@ struct RecordView {
 /// A material's state has at most so many numbers.
 inline constexpr std::size_t most_numbers = 64;
 
-/// Whether the stress of a material is the derivative of its energy_density() by F, which is all of its state.
+/// Whether the stress of a material is the derivative of its energy_density() by F, which is all of its state, and is
+/// linear in its parameters, which are numbers.
 /// \see MaterialBack
 template <class Material>
 inline constexpr bool comes_from_energy = false;
@@ -171,18 +172,45 @@ FIRN_INLINE void store_adjoints(const std::array<Field, N>& bars, const Slots& s
         for (int k = 0; k < bars[f].components; ++k) bars[f].store(slots, k, adjoint_of(numbers[next++]));
 }
 
+/// Returns A : B, the sum of the products of all elements.
+template <class P, int D>
+FIRN_INLINE P contracted(const Mat<P, D>& A, const Mat<P, D>& B) {
+    P sum = A.m[0] * B.m[0];
+    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + A.m[k + 1] * B.m[k + 1]; });
+    return sum;
+}
+
 /// The way back of the update of a material and of its stress, for one register of particles.
 template <class Material, class P, int D, std::size_t N>
 class MaterialBack {
     using T = traced<P>;
     using Field = BlockedSpan<value_type_t<P>>;
     using Lifted = with_scalar_t<Material, T>;
+    static constexpr std::size_t parameters = [] {
+        if constexpr (comes_from_energy<Material>)
+            return std::tuple_size_v<decltype(Material::parameters())>;
+        else
+            return std::size_t(0);
+    }();
 
 public:
     /// \param material  with its parameters as inputs, the first nodes of the tape
     MaterialBack(const Material& plain, const Lifted& material, const std::array<Field, N>& fields,
                  const std::array<Field, N>& bars)
-        : plain_(lift<P>(plain)), dual_(lift<dual<P>>(plain)), material_(material), fields_(fields), bars_(bars) {}
+        : dual_(lift<dual<P>>(plain)), material_(material), fields_(fields), bars_(bars) {
+        if constexpr (comes_from_energy<Material>) {
+            of_parameters_.fill(P(0));
+            for (std::size_t k = 0; k < parameters; ++k) {
+                std::size_t next = 0;
+                by_parameter_[k] = lift<P>(plain);
+                for_numbers<P>(by_parameter_[k], [&](P& number) { number = P(next++ == k ? 1 : 0); });
+            }
+        }
+    }
+    /// Adds the derivatives by the parameters of all registers so far, where they are not on the tape.
+    void add_to(std::span<double> sums) const {
+        for (std::size_t k = 0; k < of_parameters_.size(); ++k) sums[k] += sum_of_lanes(of_parameters_[k]);
+    }
 
     /// Replaces the adjoints of the new states by those of the old ones.
     /// \param stress_bar  adjoints of the stress: of the numbers that are stored
@@ -250,19 +278,16 @@ private:
         unroll<D * D>([&](auto k) FIRN_LAMBDA { of_new.m[k] = of_new.m[k] + bars_[0].template load<P>(slots, k); });
         const Mat<P, D> of_old = of_new + transpose(velocity_gradient) * of_new * dt;
         unroll<D * D>([&](auto k) FIRN_LAMBDA { bars_[0].store(slots, k, of_old.m[k]); });
-        of_parameters(H, stress_bar);
+        add_parameters(now.F, bar);
         return of_new * transpose(before) * dt;
     }
-    /// The derivatives by the parameters: F is a constant, so the tape has only what depends on them.
-    [[gnu::noinline]] void of_parameters(const Mat<P, D>& H, const P (&stress_bar)[symmetric_size<D>]) const {
-        Mat<T, D> constant;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { constant.m[k] = T(H.m[k]); });
-        const Mat<T, D> stress =
-            material_.kirchhoff_stress(DeformationGradient<T, D>::from_displacement(constant));
-        Tape<P>& tape = Tape<P>::mine();
-        tape.begin();
-        seed_stress(stress, stress_bar);
-        tape.back();
+    /// Adds the derivatives by the parameters. The stress is linear in them, so the derivative by one is the stress where
+    /// it is 1 and the others are 0.
+    template <class Gradient>
+    FIRN_INLINE void add_parameters(const Gradient& F, const Mat<P, D>& bar) const {
+        unroll<int(parameters)>([&](auto k) FIRN_LAMBDA {
+            of_parameters_[k] = of_parameters_[k] + contracted(bar, by_parameter_[k].kirchhoff_stress(F));
+        });
     }
     static void seed_stress(const Mat<T, D>& stress, const P (&stress_bar)[symmetric_size<D>]) {
         unroll<D>([&](auto i) FIRN_LAMBDA {
@@ -288,19 +313,12 @@ private:
         return r;
     }
 
-    with_scalar_t<Material, P> plain_;
     with_scalar_t<Material, dual<P>> dual_;
+    std::array<with_scalar_t<Material, P>, parameters> by_parameter_;
+    mutable std::array<P, parameters> of_parameters_;
     const Lifted& material_;
     const std::array<Field, N>&fields_, &bars_;
 };
-
-/// Returns A : B, the sum of the products of all elements.
-template <class P, int D>
-FIRN_INLINE P contracted(const Mat<P, D>& A, const Mat<P, D>& B) {
-    P sum = A.m[0] * B.m[0];
-    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + A.m[k + 1] * B.m[k + 1]; });
-    return sum;
-}
 
 /// The way back of take_from_grid(), which is linear in the sums: from the adjoints of velocity, affine field and
 /// velocity gradient to those of the sums, as a record whose scatter gives the adjoints of the nodes.
@@ -418,7 +436,7 @@ public:
                     [&](auto k) FIRN_LAMBDA { stress_bar[k] = bar_.stress.template load<P>(slots, k); });
                 tape.cut(start);
                 result.velocity_gradient = material_back(slots, taken.velocity_gradient, P(dt_), stress_bar);
-                material.add_to(sums.first(material.count()));
+                if constexpr (!comes_from_energy<Material>) material.add_to(sums.first(material.count()));
 
                 // The move: a particle that is kept inside the domain does not move with its velocity.
                 Vec<P, D> place_bar = load_vector<P, D>(bar_.position, slots), motion_bar = place_bar * P(per_velocity_);
@@ -485,6 +503,7 @@ public:
                 unroll<D * D>([&](auto k) FIRN_LAMBDA { bar_.affine.store(slots, k, P(0)); });
                 unroll<symmetric_size<D>>([&](auto k) FIRN_LAMBDA { bar_.stress.store(slots, k, P(0)); });
             });
+        material_back.add_to(sums.first(material.count()));
     }
 
 private:
