@@ -14,8 +14,7 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
     std::size_t bytes = 0;
     for (const SetOf<S, D>& set : simulation_.sets_)
         bytes += set.store().bytes() + set.partition.order.size() * sizeof(std::uint32_t) +
-                 set.partition.ranges.size() * sizeof(BlockRange<D>) +
-                 set.partition.groups.size() * sizeof(BlockGroup);
+                 set.partition.ranges.size() * sizeof(BlockRange<D>) + set.partition.groups.size() * sizeof(BlockGroup);
     const std::size_t most = options.memory / std::max<std::size_t>(bytes, 1);
     if (most < 3)
         throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
@@ -29,8 +28,8 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
 template <class Simulation>
 void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
     for (const Pass<S, D>& pass : simulation_.passes()) {
-        constexpr std::string_view known[] = {"sort", "push", "p2g", "grid update", "g2p", "end g2p",
-                                              "sinks and sources"};
+        constexpr std::string_view known[] = {
+            "sort", "push", "p2g", "grid update", "g2p", "end g2p", "sinks and sources"};
         if (std::ranges::find(known, pass.name) == std::end(known))
             throw usage_error(sentence("The pass \"", pass.name,
                                        "\" of this simulation has no way back, so there are no derivatives through "
@@ -42,8 +41,9 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
                 "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
                 "are no derivatives through them.");
     if (!mirrors_of<Kernel>(simulation_.boundary, simulation_.domain()).planes.empty())
-        throw usage_error("Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
-                          "nodes behind them, NodesBehind::held.");
+        throw usage_error(
+            "Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
+            "nodes behind them, NodesBehind::held.");
     if (detail::speed_of_boundary<S>(simulation_.boundary, simulation_.domain()) > 0)
         throw usage_error("A boundary that moves has no way back: there are no derivatives through it.");
 }
@@ -88,7 +88,8 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
     for (const SetOf<S, D>& set : simulation_.sets_) is_as_left = is_as_left && set.readiness.is(Readiness::prepared);
     if (!is_as_left)
         throw usage_error(sentence("The simulation was advanced, or its particles were changed, after step ",
-                                   last.steps, " without the adjoint, which cannot go back through that. Take steps "
+                                   last.steps,
+                                   " without the adjoint, which cannot go back through that. Take steps "
                                    "with the adjoint's advance() and step(), and change particles before it is made."));
     refuse_what_has_no_way_back();
     begin_interval(detail::own_acceleration<D>(acceleration));
@@ -393,7 +394,8 @@ double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
 
 template <class Simulation>
 template <std::size_t I>
-void Adjoint<Simulation>::measure(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity) {
+void Adjoint<Simulation>::measure_own(std::vector<Vec<double, D>> by_position,
+                                      std::vector<Vec<double, D>> by_velocity) {
     const std::size_t ids = simulation_.template set_at<I>().particles.next_id();
     for (const auto* list : {&by_position, &by_velocity})
         if (!list->empty() && list->size() != ids)

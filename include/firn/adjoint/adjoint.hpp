@@ -83,7 +83,7 @@ public:
     /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids.
     /// \throws parameter_error  if a list has neither 0 entries nor one for each id
     template <std::size_t I = 0>
-    void measure(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
+    void measure_own(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
 
     /// Returns the gradient of the sum of all measures. The simulation is as before the call.
     /// \throws usage_error     if nothing was measured
@@ -98,9 +98,8 @@ public:
     const std::vector<std::uint32_t>& repetitions() const { return repetitions_; }
 
 private:
-    static constexpr bool can_go_back =
-        std::same_as<decltype(Simulation::execution), Coloured> && !Simulation::has_contact_groups &&
-        !acts_by_gap<decltype(Simulation::boundary)>;
+    static constexpr bool can_go_back = std::same_as<decltype(Simulation::execution), Coloured> &&
+                                        !Simulation::has_contact_groups && !acts_by_gap<decltype(Simulation::boundary)>;
     static_assert(can_go_back,
                   "firn: an Adjoint goes back through simulations that sum with Coloured, on one rank, without contact "
                   "groups and without GapContact.");

@@ -2,9 +2,9 @@
 ///
 /// On the way forward the number of steps is not known beforehand. Every d-th state is kept; when five eighths of the
 /// checkpoints are in use, every other one is given up and d is doubled, so that few states are stored in vain. With
-/// fewer than ten checkpoints, which ones are kept is as by Wang, Moin and Iaccarino 2009, "Minimal repetition dynamic
-/// checkpointing algorithm for unsteady adjoint calculation"; compare Stumm and Walther 2010. On the way back the
-/// number is known, and checkpoints are placed as by Griewank and Walther 2000, "Algorithm 799: revolve". With s
+/// fewer than twenty checkpoints, which ones are kept is as by Wang, Moin and Iaccarino 2009, "Minimal repetition
+/// dynamic checkpointing algorithm for unsteady adjoint calculation"; compare Stumm and Walther 2010. On the way back
+/// the number is known, and checkpoints are placed as by Griewank and Walther 2000, "Algorithm 799: revolve". With s
 /// checkpoints, no step of a run of at most C(s + r, s) steps is taken again more than r times.
 #pragma once
 
@@ -129,7 +129,7 @@ private:
         return value < 1e15 ? std::size_t(value + 0.5) : std::size_t(1e15);
     }
 
-    static constexpr std::size_t least_for_strides = 10;
+    static constexpr std::size_t least_for_strides = 20;
     static constexpr std::size_t first_level = std::numeric_limits<std::size_t>::max();
     struct Kept {
         std::size_t index, level;

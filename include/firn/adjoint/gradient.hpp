@@ -15,24 +15,24 @@ template <int D, class Material>
 struct SetGradient {
     using State = material_state_t<with_scalar_t<Material, double>, D>;  ///< The state, of derivatives.
 
-    std::vector<Vec<double, D>> position{},     ///< by the position [per m]; C, F and the stress are held
-        velocity{};                             ///< by the velocity [per m/s]; C is held
-    std::vector<Mat<double, D>> affine{};       ///< by the affine velocity matrix C [per 1/s]
-    std::vector<double> mass{},                 ///< by the mass [per kg]; velocity, C and V0 are held
-        volume{};                               ///< by the initial volume V0 [per m^D]; the mass is held
-    std::vector<State> state{};                 ///< by the material's state; of F, the derivative by each component
-    with_scalar_t<Material, double> material{}; ///< by each parameter of the material, for all particles
+    std::vector<Vec<double, D>> position{},      ///< by the position [per m]; C, F and the stress are held
+        velocity{};                              ///< by the velocity [per m/s]; C is held
+    std::vector<Mat<double, D>> affine{};        ///< by the affine velocity matrix C [per 1/s]
+    std::vector<double> mass{},                  ///< by the mass [per kg]; velocity, C and V0 are held
+        volume{};                                ///< by the initial volume V0 [per m^D]; the mass is held
+    std::vector<State> state{};                  ///< by the material's state; of F, the derivative by each component
+    with_scalar_t<Material, double> material{};  ///< by each parameter of the material, for all particles
 };
 
 /// The derivatives by what was set for an interval of time: from one call of advance() or step() to the next.
 template <int D, class Boundary, class Transfer>
 struct IntervalGradient {
-    double from = 0;                                    ///< The time at which the interval begins [s].
-    Vec<double, D> gravity = Vec<double, D>::zero();    ///< By the acceleration, if it was a vector [per m/s²].
+    double from = 0;                                  ///< The time at which the interval begins [s].
+    Vec<double, D> gravity = Vec<double, D>::zero();  ///< By the acceleration, if it was a vector [per m/s²].
     /// By each number among the parameters() of an acceleration field, in their order, with its name.
     std::vector<std::pair<std::string, double>> acceleration{};
-    with_scalar_t<Boundary, double> boundary{};         ///< By each parameter of the boundary that is no `double`.
-    with_scalar_t<Transfer, double> transfer{};         ///< By each parameter of the transfer.
+    with_scalar_t<Boundary, double> boundary{};  ///< By each parameter of the boundary that is no `double`.
+    with_scalar_t<Transfer, double> transfer{};  ///< By each parameter of the transfer.
 };
 
 namespace detail {

@@ -1,8 +1,8 @@
 /// \file The parameters of a policy as inputs of a derivative.
 #pragma once
 
-#include <firn/core/parameters.hpp>
 #include <firn/core/pack.hpp>
+#include <firn/core/parameters.hpp>
 #include <firn/math/traced.hpp>
 
 #include <span>
@@ -45,8 +45,8 @@ public:
         for_numbers<traced<T>>(policy_, [&](traced<T>& number) { number = traced<T>::input(number.value); });
         count_ = tape.size() - first_;
     }
-    const Lifted& operator*() const { return policy_; }        ///< Returns the policy.
-    std::size_t count() const { return count_; }               ///< Returns the number of parameters.
+    const Lifted& operator*() const { return policy_; }  ///< Returns the policy.
+    std::size_t count() const { return count_; }         ///< Returns the number of parameters.
     /// Adds the derivatives with respect to the parameters to `sums`.
     void add_to(std::span<double> sums) const {
         const Tape<T>& tape = Tape<T>::mine();

@@ -26,7 +26,7 @@ struct FilledArena {
 template <class Kernel, bool gradients, class P, int D>
 struct WeightSlopes {
     static constexpr int K = Kernel::support;
-    P weight[D][K], slope[D][K];                                     // N, dN/dx [1/cell]
+    P weight[D][K], slope[D][K];                                   // N, dN/dx [1/cell]
     P gradient[gradients ? D : 1][K], bend[gradients ? D : 1][K];  // ∂N, d∂N/dx [1/cell²]
 
     /// \param fraction  positions of the particles relative to their base nodes [cells]
@@ -51,10 +51,8 @@ struct WeightSlopes {
 /// from the centre node. The record (p, A, G, m) and the nodes are held.
 /// \param nodes    the arena;  \param corner  of each particle: the index of the first number of its base node
 template <class Kernel, bool gradients, class P, int D>
-[[gnu::noinline]] Vec<P, D> slope_of_sums(const P2GRecord<P, D>& record,
-                                          const WeightSlopes<Kernel, gradients, P, D>& w,
-                                          const value_type_t<P>* nodes, int n,
-                                          const typename P::integer* corner) {
+[[gnu::noinline]] Vec<P, D> slope_of_sums(const P2GRecord<P, D>& record, const WeightSlopes<Kernel, gradients, P, D>& w,
+                                          const value_type_t<P>* nodes, int n, const typename P::integer* corner) {
     constexpr int K = Kernel::support, centre = centre_node<Kernel>;
     Vec<P, D> total = Vec<P, D>::zero();
     for (int i = 0; i < (D == 3 ? K : 1); ++i)
@@ -105,9 +103,7 @@ template <class Kernel, bool gradients, class P, int D>
             };
             const P plain_weight = with(-1, P(0));
             total.v[D - 1] = total.v[D - 1] + s_d * plain_weight;
-            unroll<D - 1>([&](auto b) FIRN_LAMBDA {
-                total.v[b] = total.v[b] + s_n * with(b, w.slope[b][at[b]]);
-            });
+            unroll<D - 1>([&](auto b) FIRN_LAMBDA { total.v[b] = total.v[b] + s_n * with(b, w.slope[b][at[b]]); });
             if constexpr (gradients) {
                 total.v[D - 1] = total.v[D - 1] + t_b * plain_weight;
                 unroll<D - 1>([&](auto a) FIRN_LAMBDA {
@@ -118,8 +114,7 @@ template <class Kernel, bool gradients, class P, int D>
                     total.v[a] = total.v[a] + t_g.v[D - 1] * with(a, w.slope[a][at[a]]);
                     if constexpr (D == 3) {
                         constexpr int other = 1 - int(a);
-                        total.v[other] =
-                            total.v[other] + t_n.v[a] * own * w.slope[other][at[other]];
+                        total.v[other] = total.v[other] + t_n.v[a] * own * w.slope[other][at[other]];
                     }
                 });
             }

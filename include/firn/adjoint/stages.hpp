@@ -261,7 +261,7 @@ private:
         using Dual = dual<P>;
         const State old = load_state<State>(fields_, slots);
         const State now = followed(old, velocity_gradient, dt);
-        const Mat<P, D> &F = now.F, &before = old.F, H = displacement_gradient(now.F);
+        const Mat<P, D>&F = now.F, &before = old.F, H = displacement_gradient(now.F);
         const Mat<P, D> bar = symmetric<P, D>([&](auto i, auto j) FIRN_LAMBDA {
             const P stored = stress_bar[symmetric_index<D>(i, j)];
             return int(i) == int(j) ? stored : P(0.5) * stored;
@@ -269,11 +269,9 @@ private:
         const Mat<P, D> along = bar * F;
         Mat<Dual, D> direction;
         unroll<D * D>([&](auto k) FIRN_LAMBDA { direction.m[k] = Dual{H.m[k], along.m[k]}; });
-        const Mat<Dual, D> stress =
-            dual_.kirchhoff_stress(DeformationGradient<Dual, D>::from_displacement(direction));
+        const Mat<Dual, D> stress = dual_.kirchhoff_stress(DeformationGradient<Dual, D>::from_displacement(direction));
         Mat<P, D> tau, change;
-        unroll<D * D>(
-            [&](auto k) FIRN_LAMBDA { tau.m[k] = stress.m[k].value, change.m[k] = stress.m[k].derivative; });
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { tau.m[k] = stress.m[k].value, change.m[k] = stress.m[k].derivative; });
         Mat<P, D> of_new = (change - tau * bar + bar * tau) * inverse_transposed(F);
         unroll<D * D>([&](auto k) FIRN_LAMBDA { of_new.m[k] = of_new.m[k] + bars_[0].template load<P>(slots, k); });
         const Mat<P, D> of_old = of_new + transpose(velocity_gradient) * of_new * dt;
@@ -281,8 +279,8 @@ private:
         add_parameters(now.F, bar);
         return of_new * transpose(before) * dt;
     }
-    /// Adds the derivatives by the parameters. The stress is linear in them, so the derivative by one is the stress where
-    /// it is 1 and the others are 0.
+    /// Adds the derivatives by the parameters. The stress is linear in them, so the derivative by one is the stress
+    /// where it is 1 and the others are 0.
     template <class Gradient>
     FIRN_INLINE void add_parameters(const Gradient& F, const Mat<P, D>& bar) const {
         unroll<int(parameters)>([&](auto k) FIRN_LAMBDA {
@@ -291,9 +289,8 @@ private:
     }
     static void seed_stress(const Mat<T, D>& stress, const P (&stress_bar)[symmetric_size<D>]) {
         unroll<D>([&](auto i) FIRN_LAMBDA {
-            unroll<D - i>([&](auto j) FIRN_LAMBDA {
-                seed(stress(i, i + j), stress_bar[symmetric_index<D>(i, i + j)]);
-            });
+            unroll<D - i>([&](auto j)
+                              FIRN_LAMBDA { seed(stress(i, i + j), stress_bar[symmetric_index<D>(i, i + j)]); });
         });
     }
     /// Returns (F⁻¹)ᵀ: the matrix of cofactors, divided by the determinant.
@@ -345,7 +342,8 @@ FIRN_INLINE P2GRecord<P, D> give_back_to_grid(const G2PSums<P, D>& sums, const V
                 const dual<P> slope = dual<P>(1) / (dual<P>{h, P(0)} * Kernel::inertia(dual<P>{d.v[j], P(1)}));
                 scale = slope.value;
                 unroll<D>([&](auto i) FIRN_LAMBDA {
-                    offset_bar.v[j] = offset_bar.v[j] + C_bar(i, j) * (sums.moment(i, j) - sums.velocity.v[i] * d.v[j]) *
+                    offset_bar.v[j] = offset_bar.v[j] + C_bar(i, j) *
+                                                            (sums.moment(i, j) - sums.velocity.v[i] * d.v[j]) *
                                                             slope.derivative;
                 });
             } else {
@@ -380,9 +378,19 @@ public:
     G2PBack(const View& view, const View& bar, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
             const Material& material, double dt, const Transfer& transfer, BlockedSpan<S> records,
             BlockedSpan<S> records_before)
-        : view_(view), bar_(bar), partition_(partition), grid_(grid), positions_(grid.domain()), plain_(material),
-          material_(lift<T>(material)), transfer_(lift<T>(transfer)), transfer_given_(transfer), h_(S(grid.domain().cell_size)), dt_(S(dt)),
-          per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)), records_(records),
+        : view_(view),
+          bar_(bar),
+          partition_(partition),
+          grid_(grid),
+          positions_(grid.domain()),
+          plain_(material),
+          material_(lift<T>(material)),
+          transfer_(lift<T>(transfer)),
+          transfer_given_(transfer),
+          h_(S(grid.domain().cell_size)),
+          dt_(S(dt)),
+          per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)),
+          records_(records),
           records_before_(records_before) {}
 
     /// Returns the number of parameters of the material.
@@ -416,8 +424,8 @@ public:
             [&](std::size_t slot) {
                 for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
                     const std::size_t at = slot + std::size_t(lane);
-                    pack.locate(lane, places.template position<P>(at),
-                                places.template block_in_arena<Kernel, P>(at, n), n);
+                    pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, n),
+                                n);
                 }
                 gather_from_arena(pack.weights, now.arena.node, n, of_pack);
                 if constexpr (blended) gather_from_arena(pack.weights, before_forces->arena.node, n, before);
@@ -428,18 +436,18 @@ public:
                 const auto taken = take_from_grid<Kernel, Transfer, Force>(sums_at, offset, h, plain_transfer);
                 G2PResult<P, D> result{load_vector<P, D>(bar_.velocity, slots), Mat<P, D>::zero(), {}};
                 unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                    if constexpr (Transfer::affine)
-                        result.affine.m[k] = bar_.affine.template load<P>(slots, k);
+                    if constexpr (Transfer::affine) result.affine.m[k] = bar_.affine.template load<P>(slots, k);
                 });
                 P stress_bar[symmetric_size<D>];
-                unroll<symmetric_size<D>>(
-                    [&](auto k) FIRN_LAMBDA { stress_bar[k] = bar_.stress.template load<P>(slots, k); });
+                unroll<symmetric_size<D>>([&](auto k)
+                                              FIRN_LAMBDA { stress_bar[k] = bar_.stress.template load<P>(slots, k); });
                 tape.cut(start);
                 result.velocity_gradient = material_back(slots, taken.velocity_gradient, P(dt_), stress_bar);
                 if constexpr (!comes_from_energy<Material>) material.add_to(sums.first(material.count()));
 
                 // The move: a particle that is kept inside the domain does not move with its velocity.
-                Vec<P, D> place_bar = load_vector<P, D>(bar_.position, slots), motion_bar = place_bar * P(per_velocity_);
+                Vec<P, D> place_bar = load_vector<P, D>(bar_.position, slots),
+                          motion_bar = place_bar * P(per_velocity_);
                 Vec<P, D> own_bar = Vec<P, D>::zero(), before_bar = own_bar, before_at = own_bar;
                 const Vec<P, D> own = load_vector<P, D>(view_.velocity, slots);
                 Vec<P, D> motion = taken.velocity;
@@ -588,8 +596,8 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
             [&](std::size_t slot) {
                 for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
                     const std::size_t at = slot + std::size_t(lane);
-                    pack.locate(lane, places.template position<P>(at),
-                                places.template block_in_arena<Kernel, P>(at, n), n);
+                    pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, n),
+                                n);
                 }
                 gather_from_arena(pack.weights, nodes.arena.node, n, of_pack);
             },
@@ -601,12 +609,10 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                 particle.stress = load_symmetric<P, D>(view.stress, slots);
                 particle.affine = Mat<P, D>::zero();
                 if constexpr (Transfer::affine)
-                    unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                        particle.affine.m[k] = view.affine.template load<P>(slots, k);
-                    });
+                    unroll<D * D>([&](auto k)
+                                      FIRN_LAMBDA { particle.affine.m[k] = view.affine.template load<P>(slots, k); });
                 const Vec<P, D> offset = pack.offset(lane);
-                const P2GRecord<P, D> held =
-                    make_record<Kernel, Transfer, Force>(particle, offset, P(h), P(S(dt)));
+                const P2GRecord<P, D> held = make_record<Kernel, Transfer, Force>(particle, offset, P(h), P(S(dt)));
                 const G2PSums<P, D> sums = of_pack.lanes(lane);
                 Mat<P, D> gradient_bar = Mat<P, D>::zero();
                 if constexpr (gradients) gradient_bar = sums.gradient;
@@ -616,8 +622,8 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                     P(S(dt)), offset_bar);
                 const WeightSlopes<Kernel, gradients, P, D> weights(
                     locate<Kernel>(places.template position<P>(slot)).fraction);
-                const Vec<P, D> slope = slope_of_sums<Kernel, gradients>(held, weights, nodes.arena.node, n,
-                                                                         pack.weights.corner + lane);
+                const Vec<P, D> slope =
+                    slope_of_sums<Kernel, gradients>(held, weights, nodes.arena.node, n, pack.weights.corner + lane);
                 add(bar.mass, slots, 0, of.mass);
                 add(bar.volume, slots, 0, of.volume);
                 unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -629,8 +635,8 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                 unroll<D>([&](auto i) FIRN_LAMBDA {
                     unroll<D - i>([&](auto j) FIRN_LAMBDA {  // of the numbers that are stored
                         constexpr int row = i, column = i + j;
-                        const P both = row == column ? of.stress(row, row)
-                                                     : of.stress(row, column) + of.stress(column, row);
+                        const P both =
+                            row == column ? of.stress(row, row) : of.stress(row, column) + of.stress(column, row);
                         add(bar.stress, slots, symmetric_index<D>(row, column), both);
                     });
                 });
@@ -698,8 +704,7 @@ struct AllAtOnce {
 /// \param sums     for each block: the derivatives by the parameters of the acceleration, then of the boundary
 template <std::floating_point S, int D, class Acceleration, class Lifted, class Boundary>
 void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* momenta, S* bars, double dt,
-                      const Acceleration& acceleration, const Boundary& here, const Lifted& lifted,
-                      OrderedSums& sums) {
+                      const Acceleration& acceleration, const Boundary& here, const Lifted& lifted, OrderedSums& sums) {
     using P = native_pack<S>;
     using T = traced<P>;
     constexpr int lanes = scalar_traits<P>::lanes;
@@ -725,8 +730,8 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
                 load_quads(bars + first_node + from * node_width, bar);
                 if (!any(r[node_mass] > P(0))) continue;
                 tape.cut(start);
-                // Masses of nodes range down to the smallest numbers, whose inverse squares are infinite. So the mass of
-                // each node is the unit of its momentum and mass.
+                // Masses of nodes range down to the smallest numbers, whose inverse squares are infinite. So the mass
+                // of each node is the unit of its momentum and mass.
                 const auto filled = r[node_mass] >= P(std::numeric_limits<S>::min());
                 const P unit = select(filled, r[node_mass], P(1)), per_unit = P(1) / unit;
                 const Vec<P, D> place = places_of_nodes<P, D>(cast<S>(low), S(h), from);
@@ -799,8 +804,7 @@ void write_state(const std::array<Field, N>& fields, std::size_t slot, State& to
         using Value = std::remove_cvref_t<decltype(member)>;
         std::array<double, std::size_t(component_count<Value>)> numbers;
         for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = double(*fields[f].at(slot, int(k)));
-        if constexpr (Stored<Value>::less_one)
-            for_less_one<Value>([&](auto k) { numbers[k] -= 1; });
+        if constexpr (Stored<Value>::less_one) for_less_one<Value>([&](auto k) { numbers[k] -= 1; });
         member = Stored<Value>::made(numbers);
     });
 }

@@ -186,9 +186,7 @@ struct traced {
         const T inverse = T(1) / b.value;
         return {value, tape().general(a.node, inverse, b.node, -(value * inverse))};
     }
-    friend traced operator-(const traced& a) {
-        return {-a.value, a.node == none ? none : tape().negative(a.node)};
-    }
+    friend traced operator-(const traced& a) { return {-a.value, a.node == none ? none : tape().negative(a.node)}; }
     FIRN_INLINE traced& operator+=(const traced& b) { return *this = *this + b; }
     FIRN_INLINE traced& operator-=(const traced& b) { return *this = *this - b; }
     FIRN_INLINE traced& operator*=(const traced& b) { return *this = *this * b; }

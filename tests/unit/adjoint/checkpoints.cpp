@@ -1,0 +1,63 @@
+/// \file Checkpoints: no step is taken again more often than the binomial bound says.
+#include "support/catch.hpp"
+#include <firn/adjoint/checkpoints.hpp>
+
+#include <numeric>
+
+using firn::Checkpoints;
+
+namespace checkpoint_tests {
+namespace {
+
+/// How often each step is taken again on the way back through `steps` steps; every state is the right one.
+std::vector<int> repetitions(std::size_t steps, std::size_t most) {
+    Checkpoints<std::size_t> kept(most);
+    std::size_t now = 0;  // the state of the run
+    const auto store = [&](std::size_t& to) { to = now; };
+    kept.keep(0, store);
+    while (now < steps) kept.keep(++now, store);
+    kept.finish(store);
+    std::vector<int> again(steps);
+    for (std::size_t wanted = steps; wanted-- > 0;) {
+        kept.forget_behind(wanted);
+        if (kept.last() == wanted && wanted > 0) {
+            kept.take_last([&](const std::size_t& state) { now = state; });
+        } else {
+            now = kept.state();
+            REQUIRE(now == kept.last());
+            while (now < wanted) {
+                const std::size_t to = kept.way_to(wanted);
+                REQUIRE(to > now);
+                for (; now < to; ++now) ++again[now];
+                if (now < wanted) kept.keep_again(now, store);
+            }
+        }
+        REQUIRE(now == wanted);
+    }
+    return again;
+}
+
+/// The least r with C(s + r, s) ≥ N.
+int bound(std::size_t steps, std::size_t most) {
+    double ways = 1;
+    int r = 0;
+    while (ways < double(steps)) ++r, ways = ways * double(most + std::size_t(r)) / r;
+    return r;
+}
+
+}  // namespace
+
+TEST_CASE("with s checkpoints, no step of C(s + r, s) is taken again more than r times", "[adjoint]") {
+    for (const std::size_t most : {2, 3, 4, 5, 7, 9, 10, 11, 16, 20, 39, 56, 100})
+        for (const std::size_t steps : {1, 2, 3, 5, 10, 31, 100, 121, 300, 500, 624, 1500, 2000, 20000}) {
+            if (most < 5 && steps > 2000) continue;  // hundreds of times
+            const std::vector<int> again = repetitions(steps, most);
+            CAPTURE(most, steps);
+            CHECK(*std::max_element(again.begin(), again.end()) <= bound(steps, most));
+        }
+    // 500 steps with 56 checkpoints, one GiB of 144,054 particles: less than one more step a step.
+    const std::vector<int> again = repetitions(500, 56);
+    CHECK(std::accumulate(again.begin(), again.end(), 0) < 500);
+}
+
+}  // namespace checkpoint_tests
