@@ -22,6 +22,7 @@ stage      :
 loops wgsl :
 lagrangian :
 simulation :
+adjoint    :
 firn       :
 io         : hdf5 posix
 webgpu     : webgpu

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <firn/adjoint/checkpoints.hpp>
+#include <firn/adjoint/g2p.hpp>
 #include <firn/adjoint/gradient.hpp>
-#include <firn/adjoint/stages.hpp>
+#include <firn/adjoint/grid_update.hpp>
+#include <firn/adjoint/measure.hpp>
+#include <firn/adjoint/p2g.hpp>
 #include <firn/simulation.hpp>
 
 #include <cmath>

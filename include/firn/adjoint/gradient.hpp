@@ -56,7 +56,7 @@ struct Gradient {
     /// For each state, from the start to the end: the norms of the adjoints of all positions [per m] and velocities
     /// [per m/s]. If they grow from the end to the start by orders of magnitude, the run is chaotic, and the gradient
     /// says little about changes that are not very small.
-    std::vector<double> position_norm{}, velocity_norm{};
+    std::vector<double> position_norm{}, velocity_norm{};  ///< \see position_norm
 
     /// Returns the derivatives of material I.
     template <std::size_t I = 0>

@@ -122,4 +122,15 @@ template <class Kernel, bool gradients, class P, int D>
     return total;
 }
 
+/// Calls f(slots, group-relative slot, places, pack, lane) for each register of a group, after sums(slot) for its pack.
+template <class P, class Places, class ForPack, class ForRegister>
+FIRN_INLINE void for_registers(const Places& places, const BlockGroup& group, const ForPack& for_pack,
+                               const ForRegister& for_register) {
+    for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+        for_pack(slot);
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
+            for_register(places.slots(slot + std::size_t(lane)), slot + std::size_t(lane), lane);
+    }
+}
+
 }  // namespace firn::inline FIRN_BUILD::detail

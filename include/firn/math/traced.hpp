@@ -46,31 +46,39 @@ FIRN_INLINE Principal<traced<T>, D> traced_principal(const Mat<traced<T>, D>& F)
 
 /// \name Elementary functions, as for other scalars
 /// @{
+
+/// Returns eˣ.
 template <scalar T>
 FIRN_INLINE traced<T> exp(const traced<T>& x) {
     return detail::traced_function(x, [](const dual<T>& a) FIRN_LAMBDA { return exp(a); });
 }
+/// Returns log x.
 template <scalar T>
 FIRN_INLINE traced<T> log(const traced<T>& x) {
     return detail::traced_function(x, [](const dual<T>& a) FIRN_LAMBDA { return log(a); });
 }
+/// Returns log x, where x − 1 is known more exactly than x.
 template <scalar T>
 FIRN_INLINE traced<T> log(const traced<T>& x, const traced<T>& less_one) {
     return detail::traced_function(
         less_one, [&](const dual<T>& a) FIRN_LAMBDA { return log(dual<T>{x.value, a.derivative}, a); });
 }
+/// Returns the sine of x [rad].
 template <scalar T>
 FIRN_INLINE traced<T> sin(const traced<T>& x) {
     return detail::traced_function(x, [](const dual<T>& a) FIRN_LAMBDA { return sin(a); });
 }
+/// Returns the cosine of x [rad].
 template <scalar T>
 FIRN_INLINE traced<T> cos(const traced<T>& x) {
     return detail::traced_function(x, [](const dual<T>& a) FIRN_LAMBDA { return cos(a); });
 }
+/// Returns xʸ.
 template <scalar T>
 FIRN_INLINE traced<T> pow(const traced<T>& x, const std::type_identity_t<traced<T>>& y) {
     return detail::traced_function(x, y, [](const dual<T>& a, const dual<T>& b) FIRN_LAMBDA { return pow(a, b); });
 }
+/// Returns xʸ − 1 for x = 1 + less_one.
 template <scalar T>
 FIRN_INLINE traced<T> pow_less_one(const traced<T>& less_one, const std::type_identity_t<traced<T>>& y) {
     return detail::traced_function(less_one, y,

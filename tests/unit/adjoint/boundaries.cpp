@@ -1,5 +1,6 @@
-/// \file The gradient where walls and colliders act, against difference quotients.
 // quick: no
+// sanitized: no
+/// \file The gradient where walls and colliders act, against difference quotients.
 #include "support/derivatives.hpp"
 
 using namespace derivatives;

@@ -1,3 +1,4 @@
+// sanitized: -O1
 /// \file Gradients of short runs: closed forms, difference quotients, and the same bits for any number of threads and
 /// any memory.
 #include "support/derivatives.hpp"

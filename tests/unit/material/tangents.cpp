@@ -1,3 +1,4 @@
+// quick: no
 /// \file The derivative of every material by dual numbers, of its new state and stress, against difference quotients:
 /// where principal stretches are equal, where they nearly are, and where they are far apart.
 #include "support/effort.hpp"
@@ -85,7 +86,8 @@ double error_of_transpose(const M& model, const Mat<double, D>& F, const Mat<dou
     tape.begin();
     double along = 0, back = 0, size = 0;
     for (std::size_t k = 0; k < results.size(); ++k) {
-        if (std::abs(results[k].value - forward[k].value) > 1e-12 * (1 + std::abs(forward[k].value))) return std::numeric_limits<double>::infinity();
+        if (std::abs(results[k].value - forward[k].value) > 1e-12 * (1 + std::abs(forward[k].value)))
+            return std::numeric_limits<double>::infinity();
         const double u = random.uniform(-1, 1);
         if (results[k].node != Tape<double>::no_node) tape.seed(results[k].node, u);
         along += u * forward[k].derivative;

@@ -1,0 +1,96 @@
+/// \file The grid update backwards: from the adjoints of node velocities to those of momenta and masses.
+#pragma once
+
+#include <firn/adjoint/inputs.hpp>
+#include <firn/field/gravity.hpp>
+#include <firn/loops/grid_update.hpp>
+
+#include <limits>
+#include <optional>
+
+namespace firn::inline FIRN_BUILD::detail {
+
+/// A boundary whose parts act at once, as in the grid update, for masses in another unit.
+template <class Boundary, class P>
+struct AllAtOnce {
+    const Boundary& boundary;
+    const P& unit_of_mass;  // [kg]
+
+    template <class T, int D>
+    Vec<T, D> velocity(const Vec<T, D>& x, const Vec<T, D>& v, const T& mass, const T& dt) const {
+        return velocity_among(boundary, x, v, NoOthers{}, AnySurface{}, NodeInertia<T>{mass * T(unit_of_mass), dt});
+    }
+};
+
+/// The way back of the grid update: replaces the adjoints of the node velocities by those of momenta and masses.
+/// \param momenta  the momenta and masses of the nodes before the grid update
+/// \param bars     the adjoints of the nodes
+/// \param sums     for each block: the derivatives by the parameters of the acceleration, then of the boundary
+template <std::floating_point S, int D, class Acceleration, class Lifted, class Boundary>
+void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* momenta, S* bars, double dt,
+                      const Acceleration& acceleration, const Boundary& here, const Lifted& lifted, OrderedSums& sums) {
+    using P = native_pack<S>;
+    using T = traced<P>;
+    constexpr int lanes = scalar_traits<P>::lanes;
+    const double h = grid.domain().cell_size;
+    parallel_for(
+        grid.block_count(), threads,
+        [&](std::size_t b, int) {
+            Vec<double, D> low, high;
+            for (int a = 0; a < D; ++a) {
+                low[a] = h * double(block_size * grid.block_along(b, a));
+                high[a] = low[a] + h * (block_size - 1);
+            }
+            Tape<P>& tape = Tape<P>::mine();
+            tape.cut(1);
+            const TracedPolicy<P, Acceleration> field(acceleration);
+            const bool reached = here.reaches(low, high);
+            std::optional<TracedPolicy<P, Lifted>> walls;
+            if (reached) walls.emplace(lifted);
+            const std::size_t start = tape.size(), first_node = b * std::size_t(block_nodes<D> * node_width);
+            for (int from = 0; from < block_nodes<D>; from += lanes) {
+                P r[4], bar[4];
+                load_quads(momenta + first_node + from * node_width, r);
+                load_quads(bars + first_node + from * node_width, bar);
+                if (!any(r[node_mass] > P(0))) continue;
+                tape.cut(start);
+                // Masses of nodes range down to the smallest numbers, whose inverse squares are infinite. So the mass
+                // of each node is the unit of its momentum and mass.
+                const auto filled = r[node_mass] >= P(std::numeric_limits<S>::min());
+                const P unit = select(filled, r[node_mass], P(1)), per_unit = P(1) / unit;
+                const Vec<P, D> place = places_of_nodes<P, D>(cast<S>(low), S(h), from);
+                Vec<T, D> momentum, x;
+                Vec<P, D> adjoint;
+                unroll<D>([&](auto a) FIRN_LAMBDA {
+                    momentum.v[a] = T::input(r[a] * per_unit);
+                    x.v[a] = T(place.v[a]);
+                    adjoint.v[a] = bar[a];
+                });
+                const T mass = T::input(r[node_mass] * per_unit);
+                const auto velocity = [&](const auto& boundary) {
+                    return node_velocity(momentum, mass, x, *field, T(P(S(dt))), boundary);
+                };
+                const Vec<T, D> v = reached ? velocity(AllAtOnce<Lifted, P>{**walls, unit}) : velocity(NoBoundary{});
+                tape.begin();
+                seed(v, adjoint);
+                tape.back();
+                field.add_to(sums.of(b).first(field.count()));
+                if (reached) walls->add_to(sums.of(b).subspan(field.count()));
+                unroll<D>([&](auto a) FIRN_LAMBDA { bar[a] = adjoint_of(momentum.v[a]) * per_unit; });
+                bar[node_mass] = adjoint_of(mass) * per_unit;
+                store_quads(bar, bars + first_node + from * node_width);
+            }
+        },
+        4);
+}
+
+/// An acceleration as a field of traced numbers: of a vector, Gravity.
+template <class P, int D, class Acceleration>
+auto traced_acceleration(const Acceleration& acceleration, const Vec<double, D>& corner) {
+    if constexpr (is_uniform<Acceleration>)
+        return lift<traced<P>>(Gravity<value_type_t<P>, D>{cast<value_type_t<P>>(acceleration)});
+    else
+        return lifted_acceleration<traced<P>>(acceleration, corner);
+}
+
+}  // namespace firn::inline FIRN_BUILD::detail
