@@ -466,7 +466,6 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     kept_->finish([&](Snapshot& to) { store(to); });
     Snapshot end;
     store(end);
-    const Boundary boundary = simulation_.boundary;
     const Vec<double, D> gravity = simulation_.gravity;
     const Transfer transfer = simulation_.transfer;
     struct Restored {
