@@ -12,6 +12,7 @@ catch2       catch2            header:catch2/catch.hpp header:catch2/catch_all.h
 cli11        libcli11-dev      header:CLI/CLI.hpp
 png          libpng-dev        header:png.h
 boost        libboost-dev      header:boost/version.hpp
+lbfgspp      liblbfgspp-dev    header:LBFGS.h
 benchmark    libbenchmark-dev  header:benchmark/benchmark.h
 clang        clang-19          command:clang++-19
 clang_openmp libomp-19-dev     file:/usr/lib/llvm-19/lib/libomp.so

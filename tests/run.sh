@@ -259,7 +259,7 @@ stage 'each unit test once, physics, golden bits, headers' tests-quick \
     -DFIRN_BUILD_EXAMPLES=OFF
 if [[ $ci == no ]]; then finish; fi
 
-for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
+for need in python python_venv doxygen doxygen_theme pkg_config lbfgspp; do firn_install_if_offered "$need" || true; done
 # Reports of sanitizers name functions, and with --full also lines.
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 $([[ $full == no ]] || echo -g1)" -DFIRN_NATIVE=OFF
     -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_WARNINGS_AS_ERRORS=OFF)

@@ -106,7 +106,9 @@ int main() {
     //! - **Chaos.** `gradient.position_norm` and `velocity_norm` tell how the adjoints grow from the end to the start.
     //!   If they grow by orders of magnitude, the gradient holds for tiny changes only. Measure earlier.
     //!
-    //! Compare with differences before you build on it, as the tests do.
+    //! `check(gradient, direction, h)` takes the recorded steps again with all inputs changed along a direction, a
+    //! `gradient.zero()` that the program fills. Where the forward and the backward difference disagree, there is a kink;
+    //! it also tells how many particles end in another cell.
     //!
     //! ## What it costs
     //!

@@ -121,7 +121,12 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t) {
         next.materials.push_back(std::make_unique<Set>(set.material, simulation_.domain()));
     });
-    next.step = [this, acceleration](double dt) { simulation_.step_by(dt, acceleration); };
+    next.step = [this, acceleration](double dt, [[maybe_unused]] const Vec<double, D>& more) {
+        if constexpr (detail::is_uniform<Acceleration>)
+            simulation_.step_by(dt, acceleration + cast<std::remove_cvref_t<decltype(acceleration.v[0])>>(more));
+        else
+            simulation_.step_by(dt, acceleration);
+    };
     next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
     for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
         if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
@@ -153,7 +158,7 @@ void Adjoint<Simulation>::take_again(std::size_t step) {
     Interval& interval = interval_of(step);
     use(interval);
     if (interval.first == step) simulation_.boundary = interval.boundary;
-    interval.step(dts_[step]);
+    interval.step(dts_[step], Vec<double, D>::zero());
     simulation_.now_ = moments_[step + 1];
     ++repetitions_[step];
 }
@@ -336,11 +341,12 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
 
 template <class Simulation>
 template <std::size_t I, class Add>
-void Adjoint<Simulation>::add_measure(const Add& add) {
-    measures_.push_back({steps(), [this, add] {
-                             auto& set = simulation_.template set_at<I>();
-                             add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]).particles.view());
-                         }});
+void Adjoint<Simulation>::add_measure(const Add& add, std::function<double()> value) {
+    const auto go = [this, add] {
+        auto& set = simulation_.template set_at<I>();
+        add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]).particles.view());
+    };
+    measures_.push_back({steps(), go, std::move(value)});
 }
 
 template <class Simulation>
@@ -354,42 +360,47 @@ double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
         return particles.is_particle(slot) && whole.holds(particles.id(slot));
     };
     using Plain = material_state_t<with_scalar_t<Material, double>, D>;
-    double sum = 0;
-    for (const std::uint32_t slot : slots_by_id(own.particles, 1)) {
-        if (!counts(own.particles, slot)) continue;
-        sum += double(f(detail::measured<double, D, Plain>(own.particles, slot, [](double x) { return x; })));
-    }
-    add_measure<I>([this, f, counts](const auto& particles, const auto& bar) {
-        using Number = traced<double>;
-        using State = material_state_t<with_scalar_t<Material, Number>, D>;
-        const double h = simulation_.domain().cell_size;
-        detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
-            Tape<double>& tape = Tape<double>::mine();
-            for (std::size_t slot = first; slot < last; ++slot) {
-                if (!counts(particles, slot)) continue;
-                tape.cut(1);
-                std::vector<Number> numbers;
-                const Number value = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
-                    numbers.push_back(Number::input(x));
-                    return numbers.back();
-                }));
-                tape.begin();
-                detail::seed(value, 1.0);
-                tape.back();
-                std::size_t next = 0;
-                const auto add = [&](const BlockedSpan<S>& field, double scale) {
-                    for (int k = 0; k < field.components; ++k)
-                        *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
-                };
-                add(bar.position, h);
-                add(bar.velocity, 1);
-                add(bar.mass, 1);
-                add(bar.volume, 1);
-                for (const BlockedSpan<S>& field : bar.state) add(field, 1);
-            }
-        });
-    });
-    return sum;
+    const auto value = [this, f, counts] {
+        const auto& particles = simulation_.template set_at<I>().particles;
+        double sum = 0;
+        for (const std::uint32_t slot : slots_by_id(particles, 1))
+            if (counts(particles, slot))
+                sum += double(f(detail::measured<double, D, Plain>(particles, slot, [](double x) { return x; })));
+        return sum;
+    };
+    add_measure<I>(
+        [this, f, counts](const auto& particles, const auto& bar) {
+            using Number = traced<double>;
+            using State = material_state_t<with_scalar_t<Material, Number>, D>;
+            const double h = simulation_.domain().cell_size;
+            detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+                Tape<double>& tape = Tape<double>::mine();
+                for (std::size_t slot = first; slot < last; ++slot) {
+                    if (!counts(particles, slot)) continue;
+                    tape.cut(1);
+                    std::vector<Number> numbers;
+                    const Number result = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
+                        numbers.push_back(Number::input(x));
+                        return numbers.back();
+                    }));
+                    tape.begin();
+                    detail::seed(result, 1.0);
+                    tape.back();
+                    std::size_t next = 0;
+                    const auto add = [&](const BlockedSpan<S>& field, double scale) {
+                        for (int k = 0; k < field.components; ++k)
+                            *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
+                    };
+                    add(bar.position, h);
+                    add(bar.velocity, 1);
+                    add(bar.mass, 1);
+                    add(bar.volume, 1);
+                    for (const BlockedSpan<S>& field : bar.state) add(field, 1);
+                }
+            });
+        },
+        value);
+    return value();
 }
 
 template <class Simulation>
@@ -468,17 +479,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     store(end);
     const Vec<double, D> gravity = simulation_.gravity;
     const Transfer transfer = simulation_.transfer;
-    struct Restored {
-        Adjoint& of;
-        const Snapshot& end;
-        const Vec<double, D>& gravity;
-        const Transfer& transfer;
-        ~Restored() {
-            of.restore(end);
-            of.simulation_.gravity = gravity;
-            of.simulation_.transfer = transfer;
-        }
-    } restored{*this, end, gravity, transfer};
+    const Restored restored{*this, end, gravity, transfer};
 
     Gradient<Simulation> gradient;
     gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
@@ -553,6 +554,7 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
                 to.acceleration.emplace_back(k < from.names.size() ? from.names[k] : std::string(),
                                              from.of_acceleration[k]);
         to.boundary = lift<double>(from.boundary);
+        detail::mark_missing(to.boundary);
         std::size_t next = 0;
         detail::for_numbers<double>(to.boundary, [&](double& number) {
             number = next < from.of_boundary.size() ? from.of_boundary[next] : 0;

@@ -23,6 +23,15 @@ struct AdjointOptions {
     std::size_t memory = std::size_t(1) << 30;  ///< Memory for checkpoints [bytes].
 };
 
+/// The derivative of a measure along a direction, by the gradient and by differences. \see Adjoint::check
+struct DerivativeCheck {
+    double gradient,          ///< the gradient times the direction
+        forward,              ///< (L(h) − L(0))/h
+        backward,             ///< (L(0) − L(−h))/h
+        central;              ///< (L(h) − L(−h))/(2 h)
+    std::size_t other_cells;  ///< number of particles that end in another cell at h than at −h
+};
+
 /// Derivatives of a run of a simulation.
 ///
 /// The program takes steps through the adjoint, says what it measures, and asks for the gradient:
@@ -93,6 +102,15 @@ public:
     /// \throws particle_error  if a derivative is not finite. The message names the step and the particle
     Gradient<Simulation> gradient();
 
+    /// Compares a gradient with differences: takes the recorded steps again, of the recorded sizes, with all that has a
+    /// derivative changed by ±h times the direction. If the forward and the backward difference disagree while the
+    /// central one does not settle for smaller h, there is a kink or a jump. The simulation is as before the call.
+    /// \param gradient   what gradient() has returned
+    /// \param direction  of the same kind: for each number, how it changes, in its own unit; gradient.zero() is none.
+    ///                   Parameters of acceleration fields are not changed
+    /// \throws usage_error  if something was measured by measure_own(): its values are not known
+    DerivativeCheck check(const Gradient<Simulation>& gradient, const Gradient<Simulation>& direction, double h);
+
     /// Returns the number of recorded steps.
     std::size_t steps() const { return moments_.size() - 1; }
     /// Returns how many checkpoints fit into the memory.
@@ -131,7 +149,7 @@ private:
         Boundary boundary;
         Transfer transfer;
         std::vector<std::unique_ptr<SetOf<S, D>>> materials;
-        std::function<void(double)> step;
+        std::function<void(double, const Vec<double, D>&)> step;  // takes a step with another gravity
         std::function<void(double, Interval&)> back;
         std::vector<double> of_acceleration, of_boundary, of_transfer;
         std::vector<std::string> names;
@@ -142,9 +160,22 @@ private:
         std::unique_ptr<SetOf<S, D>> set, other;  // the particles of `set` have adjoints in place of their numbers
         aligned_vector<S> records, records_before;
     };
+    /// Puts the simulation back as it was.
+    struct Restored {
+        Adjoint& of;
+        const Snapshot& end;
+        const Vec<double, D>& gravity;
+        const Transfer& transfer;
+        ~Restored() {
+            of.restore(end);
+            of.simulation_.gravity = gravity;
+            of.simulation_.transfer = transfer;
+        }
+    };
     struct Measure {
         std::size_t state;  // the state that it measures
         std::function<void()> add;
+        std::function<double()> value;  // of the present particles; empty if it is not known
     };
 
     template <class Acceleration, class Take>
@@ -172,7 +203,9 @@ private:
     template <class Set>
     void fit(Set& set, Bars& bars);
     template <std::size_t I, class Add>
-    void add_measure(const Add& add);
+    void add_measure(const Add& add, std::function<double()> value = {});
+    double value_along(const Gradient<Simulation>& direction, double t, std::vector<BlockCoordinate<D>>& cells);
+    void shift_start(const Gradient<Simulation>& direction, double t);
     void write(Gradient<Simulation>& gradient);
 
     Simulation& simulation_;
@@ -191,3 +224,4 @@ private:
 }  // namespace firn::inline FIRN_BUILD
 
 #include <firn/adjoint/adjoint-inl.hpp>
+#include <firn/adjoint/check-inl.hpp>

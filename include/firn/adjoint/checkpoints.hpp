@@ -31,6 +31,8 @@ public:
     std::size_t last() const { return kept_.back().index; }
     /// Returns the state of the last checkpoint.
     const State& state() const { return *kept_.back().state; }
+    /// Returns the state of the first checkpoint.
+    const State& first() const { return *kept_.front().state; }
     /// Returns whether there is none.
     bool empty() const { return kept_.empty(); }
     /// Returns the largest number of checkpoints.

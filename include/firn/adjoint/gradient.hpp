@@ -1,8 +1,10 @@
 /// \file The gradient of a measure of a run: derivatives with the names that the program uses.
 #pragma once
 
+#include <firn/adjoint/inputs.hpp>
 #include <firn/simulation.hpp>
 
+#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -31,17 +33,84 @@ struct IntervalGradient {
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< By the acceleration, if it was a vector [per m/s²].
     /// By each number among the parameters() of an acceleration field, in their order, with its name.
     std::vector<std::pair<std::string, double>> acceleration{};
-    with_scalar_t<Boundary, double> boundary{};  ///< By each parameter of the boundary that is no `double`.
+    /// By each parameter of the boundary. The friction of walls has no derivative yet: it is NaN.
+    with_scalar_t<Boundary, double> boundary{};
     with_scalar_t<Transfer, double> transfer{};  ///< By each parameter of the transfer.
 };
 
 namespace detail {
+/// Sets what has no derivative to NaN: the friction of walls.
+/// @{
+template <class Policy>
+void mark_missing(Policy& policy) {
+    if constexpr (requires { policy.at_lower[0].friction; }) {
+        for (auto* faces : {&policy.at_lower, &policy.at_upper})
+            for (auto& wall : *faces) wall.friction = std::numeric_limits<double>::quiet_NaN();
+    } else if constexpr (requires { std::tuple_size<decltype(policy.parts)>::value; }) {
+        std::apply([](auto&... part) { (mark_missing(part), ...); }, policy.parts);
+    } else if constexpr (is_list<Policy>) {
+        for (auto& one : policy.all) mark_missing(one);
+    }
+}
+/// @}
+
 template <int D, class List>
 struct set_gradients;
 template <int D, class... M>
 struct set_gradients<D, Materials<M...>> {
     using type = std::tuple<SetGradient<D, M>...>;
 };
+/// Calls f(number) for each number of a state of derivatives. Of F and J, the derivatives are their numbers themselves.
+template <class State, class F>
+void for_state(State& state, const F& f) {
+    std::apply(
+        [&](const auto&... field) {
+            const auto go = [&](auto& member) {
+                if constexpr (requires { member.m; })
+                    for (auto& number : member.m) f(number);
+                else if constexpr (requires { member.v; })
+                    for (auto& number : member.v) f(number);
+                else if constexpr (requires { member.excess; }) {
+                    auto ratio = double(member);  // J itself
+                    f(ratio);
+                    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(member)>>)
+                        member.excess = ratio - 1;
+                } else
+                    f(member);
+            };
+            (go(state.*field.member), ...);
+        },
+        std::remove_const_t<State>::fields());
+}
+/// Calls f(number) for each number of a gradient that can be a direction.
+template <class Any, class F>
+void for_gradient(Any& gradient, const F& f) {
+    const auto numbers = [&](auto& list) {
+        for (auto& one : list)
+            if constexpr (requires { one.m; })
+                for (auto& number : one.m) f(number);
+            else if constexpr (requires { one.v; })
+                for (auto& number : one.v) f(number);
+            else
+                f(one);
+    };
+    std::apply(
+        [&](auto&... set) {
+            const auto go = [&](auto& of) {
+                numbers(of.position), numbers(of.velocity), numbers(of.affine), numbers(of.mass), numbers(of.volume);
+                for (auto& state : of.state) for_state(state, f);
+                for_reals(of.material, f);
+            };
+            (go(set), ...);
+        },
+        gradient.sets);
+    for (auto& interval : gradient.intervals) {
+        for (auto& number : interval.gravity.v) f(number);
+        for_reals(interval.boundary, f);
+        for_reals(interval.transfer, f);
+    }
+}
+
 }  // namespace detail
 
 /// The gradient of a measure.
@@ -58,11 +127,37 @@ struct Gradient {
     /// says little about changes that are not very small.
     std::vector<double> position_norm{}, velocity_norm{};  ///< \see position_norm
 
-    /// Returns the derivatives of material I.
+    /// Returns a gradient of the same kind whose numbers are all 0: a direction, to be filled. \see Adjoint::check
+    Gradient zero() const {
+        Gradient none = *this;
+        detail::for_gradient(none, [](auto& number) { number = 0; });
+        return none;
+    }
+    /// Returns the derivative along a direction: the sum of the products of all numbers, as far as they have a
+    /// derivative. Parameters of acceleration fields do not count.
+    double along(const Gradient& direction) const {
+        std::vector<double> by;
+        detail::for_gradient(direction, [&](const auto& number) { by.push_back(double(number)); });
+        double sum = 0;
+        std::size_t next = 0;
+        detail::for_gradient(*this, [&](const auto& number) {
+            const double change = by[next++];
+            if (change != 0) sum += double(number) * change;
+        });
+        return sum;
+    }
+
+    /// Returns the derivatives of material I, to be changed if this is a direction.
+    /// @{
+    template <std::size_t I = 0>
+    auto& set() {
+        return std::get<I>(sets);
+    }
     template <std::size_t I = 0>
     const auto& set() const {
         return std::get<I>(sets);
     }
+    /// @}
 };
 
 }  // namespace firn::inline FIRN_BUILD

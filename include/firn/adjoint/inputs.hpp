@@ -34,6 +34,28 @@ void for_numbers(P& policy, const F& f) {
     });
 }
 
+/// Calls f(number) for each number among the parameters of a policy, of any precision, in the order of for_numbers() of
+/// the policy that was lifted to another scalar.
+template <class P, class F>
+void for_reals(P& policy, const F& f) {
+    for_parameters(policy, [&](const std::string&, const char*, auto& value) {
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::floating_point<Value>)
+            f(value);
+        else if constexpr (is_vector<Value>)
+            for (auto& number : value.v) f(number);
+    });
+}
+/// Adds t times the numbers of `direction`, a policy of the same kind with doubles, to those of a policy.
+template <class P, class Direction>
+void shift_numbers(P& policy, const Direction& direction, double t) {
+    std::vector<double> by;
+    for_reals(direction, [&](const auto& number) { by.push_back(double(number)); });
+    std::size_t next = 0;
+    for_reals(policy,
+              [&](auto& number) { number = std::remove_cvref_t<decltype(number)>(double(number) + t * by[next++]); });
+}
+
 /// The parameters of a policy as inputs on the tape of this thread: the first nodes of the tape.
 template <class T, class Lifted>
 class TracedPolicy {

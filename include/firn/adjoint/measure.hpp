@@ -46,6 +46,34 @@ MeasuredParticle<T, D, State> measured(const Particles& particles, std::size_t s
     return particle;
 }
 
+/// Returns the derivatives that a member of a state of derivatives has. Of F and J they are its numbers themselves.
+template <class Value>
+auto derivatives_of(const Value& member) {
+    if constexpr (requires { member.m; }) {
+        return std::to_array(member.m);  // not the numbers of a DeformationGradient, which are those of F − I
+    } else {
+        auto numbers = Stored<Value>::numbers(member);
+        if constexpr (Stored<Value>::less_one) numbers[0] += 1;
+        return numbers;
+    }
+}
+
+/// Adds t times the derivatives of `by` to the numbers of a state.
+template <class State, class By>
+void shift_state(State& state, const By& by, double t) {
+    constexpr auto members = State::fields();
+    constexpr auto members_by = By::fields();
+    unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
+        auto& member = state.*(std::get<f>(members).member);
+        using Value = std::remove_cvref_t<decltype(member)>;
+        auto numbers = Stored<Value>::numbers(member);
+        const auto change = derivatives_of(by.*(std::get<f>(members_by).member));
+        for (std::size_t k = 0; k < numbers.size(); ++k)
+            numbers[k] += value_type_t<std::remove_cvref_t<decltype(numbers[k])>>(t * change[k]);
+        member = Stored<Value>::made(numbers);
+    });
+}
+
 /// Writes stored adjoints of a state to a state of derivatives. Of F and J, the derivatives themselves are its numbers.
 template <class Field, std::size_t N, class State>
 void write_state(const std::array<Field, N>& fields, std::size_t slot, State& to) {

@@ -110,6 +110,53 @@ TEST_CASE("a program's own measure, between calls and at the end", "[adjoint]") 
             CHECK(by_lists.position[id][a] == Approx(by_functions.position[id][a]).epsilon(1e-11));
 }
 
+TEST_CASE("check() tells a smooth derivative from a kink", "[adjoint]") {
+    Elastic simulation = run_of_jelly().at(0);
+    Adjoint adjoint(simulation);
+    adjoint.advance(0.005);
+    simulation.gravity[0] = 3;
+    adjoint.advance(0.005);
+    adjoint.measure(Run<Elastic>::measure);
+    const auto before = simulation.particles().exact_position(0);
+    const auto gradient = adjoint.gradient();
+    auto direction = gradient.zero();
+    CHECK(gradient.along(direction) == 0);
+    Random random(5);
+    for (auto& x : direction.set().position) x = Vec<double, 2>{random.uniform(-1, 1), random.uniform(-1, 1)} * 0.03;
+    for (auto& v : direction.set().velocity) v = {random.uniform(-1, 1), random.uniform(-1, 1)};
+    for (auto& state : direction.set().state)
+        for (double& f : state.F.m) f = random.uniform(-0.1, 0.1);
+    direction.set().material.mu = 1e4;
+    direction.intervals[0].gravity = {3, 5};
+    direction.intervals[1].gravity = {-2, 1};
+    const DerivativeCheck smooth = adjoint.check(gradient, direction, 1e-5);
+    CHECK(smooth.central == Approx(smooth.gradient).epsilon(1e-6));
+    CHECK(smooth.forward == Approx(smooth.backward).epsilon(1e-3));
+    CHECK(smooth.other_cells == 0);
+    CHECK(adjoint.check(gradient, direction, 0.5).other_cells > 10);
+    CHECK(simulation.particles().exact_position(0) == before);
+    CHECK(simulation.gravity[0] == 3);
+
+    // Matter on a floor may leave it, and cannot enter it: its velocity after a step has a kink at rest.
+    Elastic resting(Domain<2>({0, 0}, {1, 1}, 1. / 16), jelly);
+    const auto block = sample_box(Vec<double, 2>{0.4, 0}, Vec<double, 2>{0.6, 0.2}, {.spacing = 1. / 32});
+    resting.add(block, 1000);
+    resting.gravity = {0, 0};
+    resting.fixed_time_step = 1e-3;
+    Adjoint still(resting);
+    still.step();
+    still.measure([](const auto& p) { return p.mass * p.velocity[1]; });
+    const auto at_rest = still.gradient();
+    auto upwards = at_rest.zero();
+    for (auto& v : upwards.set().velocity) v = {0, 1};
+    const double mass = 1000 * block.volume * double(block.positions.size());
+    const DerivativeCheck kink = still.check(at_rest, upwards, 1e-3);
+    CHECK(kink.forward == Approx(mass).epsilon(1e-3));
+    CHECK(kink.backward < 0.95 * mass);
+    CHECK(kink.gradient >= Approx(kink.backward).epsilon(1e-3));
+    CHECK(kink.gradient <= Approx(kink.forward).epsilon(1e-3));
+}
+
 TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     using test_support::check_refused;
     Elastic simulation = falling();
