@@ -168,23 +168,23 @@ struct traced {
     /// Arithmetic operators.
     /// @{
     friend traced operator+(const traced& a, const traced& b) {
-        const T value = a.value + b.value;
-        return is_constant(a, b) ? traced(value, none) : traced(value, tape().sum(a.node, b.node));
+        const T result = a.value + b.value;
+        return is_constant(a, b) ? traced(result, none) : traced(result, tape().sum(a.node, b.node));
     }
     friend traced operator-(const traced& a, const traced& b) {
-        const T value = a.value - b.value;
-        return is_constant(a, b) ? traced(value, none) : traced(value, tape().difference(a.node, b.node));
+        const T result = a.value - b.value;
+        return is_constant(a, b) ? traced(result, none) : traced(result, tape().difference(a.node, b.node));
     }
     friend traced operator*(const traced& a, const traced& b) {
-        const T value = a.value * b.value;
-        return is_constant(a, b) ? traced(value, none)
-                                 : traced(value, tape().general(a.node, b.value, b.node, a.value));
+        const T result = a.value * b.value;
+        return is_constant(a, b) ? traced(result, none)
+                                 : traced(result, tape().general(a.node, b.value, b.node, a.value));
     }
     friend traced operator/(const traced& a, const traced& b) {
-        const T value = a.value / b.value;
-        if (is_constant(a, b)) return {value, none};
+        const T result = a.value / b.value;
+        if (is_constant(a, b)) return {result, none};
         const T inverse = T(1) / b.value;
-        return {value, tape().general(a.node, inverse, b.node, -(value * inverse))};
+        return {result, tape().general(a.node, inverse, b.node, -(result * inverse))};
     }
     friend traced operator-(const traced& a) { return {-a.value, a.node == none ? none : tape().negative(a.node)}; }
     FIRN_INLINE traced& operator+=(const traced& b) { return *this = *this + b; }
@@ -203,9 +203,9 @@ struct traced {
 
     /// Returns `a` in the lanes where the mask is on, and `b` in the other lanes.
     friend traced select(mask_t<T> m, const traced& a, const traced& b) {
-        const T value = select(m, a.value, b.value);
-        if (is_constant(a, b)) return {value, none};
-        return {value, tape().choice(select(m, T(1), T(0)), a.node, b.node)};
+        const T result = select(m, a.value, b.value);
+        if (is_constant(a, b)) return {result, none};
+        return {result, tape().choice(select(m, T(1), T(0)), a.node, b.node)};
     }
     /// Returns √a.
     friend traced sqrt(const traced& a) {
