@@ -19,7 +19,7 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
     if (most < 3)
         throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
                                        " are granted; give the adjoint memory for three at least: two checkpoints, and "
-                                       "the state at the end. \\see AdjointOptions::memory"));
+                                       "the state at the end."));
     kept_ = std::make_unique<Checkpoints<Snapshot>>(std::min<std::size_t>(most - 1, 1 << 20));
     kept_->keep(0, [&](Snapshot& to) { store(to); });
     bars_.resize(simulation_.sets_.size());
@@ -44,8 +44,12 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
         throw usage_error(
             "Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
             "nodes behind them, NodesBehind::held.");
-    if (detail::speed_of_boundary<S>(simulation_.boundary, simulation_.domain()) > 0)
-        throw usage_error("A boundary that moves has no way back: there are no derivatives through it.");
+    bool moves = detail::speed_of_boundary<S>(simulation_.boundary, simulation_.domain()) > 0;
+    detail::for_single_parts(simulation_.boundary, [&]<class Part>(const Part& part, bool) {
+        const Vec<double, D> x = Vec<double, D>::zero();
+        if constexpr (requires { part.advanced(0.0); } && !requires { part.largest_speed(x, x); }) moves = true;
+    });
+    if (moves) throw usage_error("A boundary that moves has no way back: there are no derivatives through it.");
 }
 
 template <class Simulation>
@@ -81,8 +85,7 @@ void Adjoint<Simulation>::swap_with(Snapshot& from) {
 }
 
 template <class Simulation>
-template <class Acceleration, class Take>
-void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
+void Adjoint<Simulation>::require_as_left() const {
     const Moment& last = moments_.back();
     bool is_as_left = simulation_.now_ == last;
     for (const SetOf<S, D>& set : simulation_.sets_) is_as_left = is_as_left && set.readiness.is(Readiness::prepared);
@@ -91,6 +94,12 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
                                    last.steps,
                                    " without the adjoint, which cannot go back through that. Take steps "
                                    "with the adjoint's advance() and step(), and change particles before it is made."));
+}
+
+template <class Simulation>
+template <class Acceleration, class Take>
+void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
+    require_as_left();
     refuse_what_has_no_way_back();
     begin_interval(detail::own_acceleration<D>(acceleration));
     // A last pass of each step records it.
@@ -169,9 +178,11 @@ void Adjoint<Simulation>::bring_state(std::size_t state) {
     std::size_t at = kept_->last();
     if (at == state && at > 0) {  // its last use
         kept_->take_last([&](Snapshot& from) { swap_with(from); });
+        simulation_.now_ = moments_[state];
         return;
     }
     restore(kept_->state());
+    simulation_.now_ = moments_[at];
     while (at < state) {
         const std::size_t to = kept_->way_to(state);
         for (; at < to; ++at) take_again(at);
@@ -352,6 +363,7 @@ void Adjoint<Simulation>::add_measure(const Add& add, std::function<double()> va
 template <class Simulation>
 template <std::size_t I, class Function>
 double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
+    require_as_left();
     auto& own = simulation_.template set_at<I>();
     using Material = std::remove_cvref_t<decltype(own.material)>;
     if (body) own.check_body(*body);
@@ -407,6 +419,7 @@ template <class Simulation>
 template <std::size_t I>
 void Adjoint<Simulation>::measure_own(std::vector<Vec<double, D>> by_position,
                                       std::vector<Vec<double, D>> by_velocity) {
+    require_as_left();
     const std::size_t ids = simulation_.template set_at<I>().particles.next_id();
     for (const auto* list : {&by_position, &by_velocity})
         if (!list->empty() && list->size() != ids)
@@ -472,8 +485,7 @@ template <class Simulation>
 Gradient<Simulation> Adjoint<Simulation>::gradient() {
     if (measures_.empty())
         throw usage_error("Nothing was measured: call measure() at the times that count, then gradient().");
-    if (!(simulation_.now_ == moments_.back()))
-        throw usage_error("The simulation was advanced without the adjoint since its last step.");
+    require_as_left();
     kept_->finish([&](Snapshot& to) { store(to); });
     Snapshot end;
     store(end);

@@ -88,11 +88,14 @@ public:
     /// \param f     f(particle) takes a MeasuredParticle of any scalar type, and returns this scalar
     /// \param body  only the particles of this body count; nullptr: all
     /// \return the sum
+    /// \throws usage_error      if the simulation was advanced or changed without the adjoint
+    /// \throws parameter_error  if `body` is not one of the bodies of material I
     template <std::size_t I = 0, class Function>
     double measure(const Function& f, const Body* body = nullptr);
 
     /// Adds a measure that the program has computed itself from the present particles of material I, by its
     /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids.
+    /// \throws usage_error      if the simulation was advanced or changed without the adjoint
     /// \throws parameter_error  if a list has neither 0 entries nor one for each id
     template <std::size_t I = 0>
     void measure_own(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
@@ -129,12 +132,9 @@ private:
     using Transfer = decltype(Simulation::transfer);
     using P = native_pack<S>;
     using T = traced<P>;
-    using Passes = typename Simulation::Passes;
     using Kernel = typename Simulation::kernel_type;
     using Force = typename Simulation::force_type;
     static constexpr bool blended = blends_velocities<Transfer>;
-    template <class Set>
-    using ParticlesOf = std::remove_cvref_t<decltype(std::declval<Set&>().particles)>;
 
     /// A state of the simulation.
     struct Snapshot {
@@ -183,6 +183,8 @@ private:
     template <class Acceleration>
     void begin_interval(const Acceleration& acceleration);
     void refuse_what_has_no_way_back() const;
+    /// Refuses a simulation that was changed since the last recorded step. \throws usage_error
+    void require_as_left() const;
     void store(Snapshot& to) const;
     void restore(const Snapshot& from);
     void swap_with(Snapshot& from);

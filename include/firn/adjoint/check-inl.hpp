@@ -81,6 +81,7 @@ DerivativeCheck Adjoint<Simulation>::check(const Gradient<Simulation>& gradient,
             throw usage_error("A measure of measure_own() has no value that check() could compare: use measure().");
     if (!(h > 0) || !std::isfinite(h))
         throw parameter_error(sentence("The step of a difference is ", h, "; it must be positive and finite."));
+    require_as_left();
     Snapshot end;
     store(end);
     const Vec<double, D> gravity = simulation_.gravity;

@@ -165,6 +165,9 @@ TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     {
         Adjoint adjoint(simulation);
         check_refused<usage_error>([&] { adjoint.gradient(); }, "Nothing was measured");
+        const Body unknown{simulation.particles().next_id(), 1};
+        check_refused<parameter_error>([&] { adjoint.measure([](const auto& p) { return p.mass; }, &unknown); },
+                                       "There is no body");
         adjoint.step();
         check_refused<parameter_error>([&] { adjoint.measure_own(std::vector<Vec<double, 2>>(3), {}); },
                                        "derivatives for 3 particles");
@@ -172,6 +175,8 @@ TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
         simulation.step();
         check_refused<usage_error>([&] { adjoint.step(); }, "without the adjoint");
         check_refused<usage_error>([&] { adjoint.gradient(); }, "without the adjoint");
+        check_refused<usage_error>([&] { adjoint.measure([](const auto& p) { return p.mass; }); },
+                                   "without the adjoint");
     }
     {
         Adjoint adjoint(simulation);
