@@ -121,8 +121,7 @@ int main() {
     //!
     //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `FBar`, `VolumeFilter`, `Fmpm`,
     //! passes of your own, mirrored walls, boundaries that move, loads, forces between particles, sources and sinks are
-    //! refused with a sentence when the `Adjoint` is made. The friction of walls has no derivative; that of a collider
-    //! has.
+    //! refused with a sentence when the `Adjoint` is made.
     const double found = std::exp(now);
     std::printf("found %.1f Pa, true are %.1f Pa\n", found, truth);
     return std::abs(found / truth - 1) < 1e-4 ? EXIT_SUCCESS : EXIT_FAILURE;

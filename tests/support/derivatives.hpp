@@ -61,7 +61,8 @@ struct Run {
         for (int a = 0; a < D; ++a) change(s.gravity[a], along.gravity * 10);
         s.fixed_time_step = dt;
         s.warn = {};
-        const Vec<double, D> low = Vec<double, D>::filled(0.1), high = Vec<double, D>::filled(D == 2 ? 0.42 : 0.24);
+        // In reach of the walls.
+        const Vec<double, D> low = Vec<double, D>::filled(0.03), high = Vec<double, D>::filled(D == 2 ? 0.35 : 0.17);
         s.add(sample_box(low, high, {.spacing = h / 2, .pattern = Pattern::lattice}), 1000, Vec<double, D>::zero());
         auto& particles = s.edit_particles();
         for (const std::uint32_t slot : slots_by_id(particles, 1)) {

@@ -566,7 +566,6 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
                 to.acceleration.emplace_back(k < from.names.size() ? from.names[k] : std::string(),
                                              from.of_acceleration[k]);
         to.boundary = lift<double>(from.boundary);
-        detail::mark_missing(to.boundary);
         std::size_t next = 0;
         detail::for_numbers<double>(to.boundary, [&](double& number) {
             number = next < from.of_boundary.size() ? from.of_boundary[next] : 0;

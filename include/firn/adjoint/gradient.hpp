@@ -4,7 +4,6 @@
 #include <firn/adjoint/inputs.hpp>
 #include <firn/simulation.hpp>
 
-#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -33,27 +32,12 @@ struct IntervalGradient {
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< By the acceleration, if it was a vector [per m/s²].
     /// By each number among the parameters() of an acceleration field, in their order, with its name.
     std::vector<std::pair<std::string, double>> acceleration{};
-    /// By each parameter of the boundary. The friction of walls has no derivative yet: it is NaN.
+    /// By each parameter of the boundary, and by the frictions of walls.
     with_scalar_t<Boundary, double> boundary{};
     with_scalar_t<Transfer, double> transfer{};  ///< By each parameter of the transfer.
 };
 
 namespace detail {
-/// Sets what has no derivative to NaN: the friction of walls.
-/// @{
-template <class Policy>
-void mark_missing(Policy& policy) {
-    if constexpr (requires { policy.at_lower[0].friction; }) {
-        for (auto* faces : {&policy.at_lower, &policy.at_upper})
-            for (auto& wall : *faces) wall.friction = std::numeric_limits<double>::quiet_NaN();
-    } else if constexpr (requires { std::tuple_size<decltype(policy.parts)>::value; }) {
-        std::apply([](auto&... part) { (mark_missing(part), ...); }, policy.parts);
-    } else if constexpr (is_list<Policy>) {
-        for (auto& one : policy.all) mark_missing(one);
-    }
-}
-/// @}
-
 template <int D, class List>
 struct set_gradients;
 template <int D, class... M>

@@ -20,31 +20,39 @@ double sum_of_lanes(const P& a) {
 
 namespace detail {
 
-/// Calls f(number) for each number among the parameters of a policy: a scalar S of its own. Numbers of other types are
-/// no inputs.
+/// Calls f(one) for each policy of which a policy consists; a policy without parts is the only one.
+template <class P, class F>
+void for_policies(P& policy, const F& f) {
+    if constexpr (requires { std::tuple_size<decltype(policy.parts)>::value; })
+        std::apply([&](auto&... part) { (for_policies(part, f), ...); }, policy.parts);
+    else if constexpr (is_list<P>)
+        for (auto& one : policy.all) for_policies(one, f);
+    else
+        f(policy);
+}
+/// Calls f(number) for each number among the parameters of a policy, and for the frictions of walls. Numbers that are
+/// not of the type S are left out; void: all floating-point numbers are told.
 template <class S, class P, class F>
 void for_numbers(P& policy, const F& f) {
-    for_parameters(policy, [&](const std::string&, const char*, auto& value) {
-        using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::same_as<Value, S>)
-            f(value);
-        else if constexpr (is_vector<Value>)
-            if constexpr (std::same_as<std::remove_cvref_t<decltype(value.v[0])>, S>)
-                for (auto& number : value.v) f(number);
+    const auto tell = [&]<class Number>(Number& number) {
+        using Plain = std::remove_const_t<Number>;
+        if constexpr (std::same_as<Plain, S> || (std::is_void_v<S> && std::floating_point<Plain>)) f(number);
+    };
+    for_policies(policy, [&](auto& one) {
+        for_parameters(one, [&](const std::string&, const char*, auto& value) {
+            if constexpr (is_vector<std::remove_cvref_t<decltype(value)>>)
+                for (auto& number : value.v) tell(number);
+            else
+                tell(value);
+        });
+        if constexpr (requires { one.for_frictions(tell); }) one.for_frictions(tell);
     });
 }
-
 /// Calls f(number) for each number among the parameters of a policy, of any precision, in the order of for_numbers() of
 /// the policy that was lifted to another scalar.
 template <class P, class F>
 void for_reals(P& policy, const F& f) {
-    for_parameters(policy, [&](const std::string&, const char*, auto& value) {
-        using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::floating_point<Value>)
-            f(value);
-        else if constexpr (is_vector<Value>)
-            for (auto& number : value.v) f(number);
-    });
+    for_numbers<void>(policy, f);
 }
 /// Adds t times the numbers of `direction`, a policy of the same kind with doubles, to those of a policy.
 template <class P, class Direction>

@@ -11,11 +11,14 @@
 
 namespace firn::inline FIRN_BUILD {
 
-/// The wall on one face of a box.
-struct Wall {
+/// The wall on one face of a box. \tparam P  the scalar type of the friction
+template <class P>
+struct WallOf {
     Contact contact = Contact::separate;  ///< How matter may move at the face.
-    double friction = 0;                  ///< Coulomb's friction coefficient μ [1]
+    P friction = P(0);                    ///< Coulomb's friction coefficient μ [1]
 };
+/// The wall on one face of a box.
+using Wall = WallOf<double>;
 
 /// How the nodes behind a wall move.
 enum class NodesBehind {
@@ -51,7 +54,7 @@ struct Walls {
 
     Vec<P, D> lower{};                             ///< lower corner of the box [m]
     Vec<P, D> upper{};                             ///< upper corner of the box [m]
-    std::array<Wall, D> at_lower{},                ///< the wall at the lower end of each axis
+    std::array<WallOf<P>, D> at_lower{},           ///< the wall at the lower end of each axis
         at_upper{};                                ///< the wall at the upper end of each axis
     NodesBehind nodes_behind = NodesBehind::held;  ///< How nodes behind all walls move.
     S mirrored_depth = S(0);  ///< How far behind a face nodes are not held [m]. on_grid() computes it.
@@ -117,8 +120,26 @@ struct Walls {
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
         using Q = typename Walls<T, D>::P;
-        return {cast<Q>(lower), cast<Q>(upper), at_lower, at_upper, nodes_behind, T(mirrored_depth), T(half_cell)};
+        Walls<T, D> walls{cast<Q>(lower), cast<Q>(upper), {}, {}, nodes_behind, T(mirrored_depth), T(half_cell)};
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            walls.at_lower[a] = {at_lower[a].contact, Q(at_lower[a].friction)};
+            walls.at_upper[a] = {at_upper[a].contact, Q(at_upper[a].friction)};
+        }
+        return walls;
     }
+    /// Calls f(friction) for the friction of each face.
+    /// @{
+    template <class F>
+    void for_frictions(const F& f) {
+        for (auto* faces : {&at_lower, &at_upper})
+            for (WallOf<P>& wall : *faces) f(wall.friction);
+    }
+    template <class F>
+    void for_frictions(const F& f) const {
+        for (const auto* faces : {&at_lower, &at_upper})
+            for (const WallOf<P>& wall : *faces) f(wall.friction);
+    }
+    /// @}
 
     /// Returns the walls for a grid with cells of side h [m].
     template <class H>
@@ -163,12 +184,12 @@ struct Walls {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
             const S near = reach(axis), low = S(lower.v[axis]), high = S(upper.v[axis]);
-            const auto face = [&](const Wall& wall, const mask_t<S>& acts, const S& distance, const Vec<S, D>& normal)
-                                  FIRN_LAMBDA {
-                                      if (wall.contact != Contact::none && any(acts))
-                                          seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(),
-                                                                   wall.contact, S(wall.friction), true});
-                                  };
+            const auto face = [&](const WallOf<P>& wall, const mask_t<S>& acts, const S& distance,
+                                  const Vec<S, D>& normal) FIRN_LAMBDA {
+                if (wall.contact != Contact::none && any(acts))
+                    seen(ActingSurface<S, D>{acts, distance, normal, Vec<S, D>::zero(), wall.contact, S(wall.friction),
+                                             true});
+            };
             face(at_lower[axis], x.v[axis] <= low + near, x.v[axis] - low, inward);
             face(at_upper[axis], x.v[axis] >= high - near, high - x.v[axis], -inward);
         });
@@ -181,7 +202,7 @@ struct Walls {
         unroll<D>([&](auto axis) FIRN_LAMBDA {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
-            const Wall &low = at_lower[axis], &high = at_upper[axis];
+            const WallOf<P>&low = at_lower[axis], &high = at_upper[axis];
             seen(x.v[axis] - S(lower.v[axis]), inward, at_rest, low.contact, S(low.friction));
             seen(S(upper.v[axis]) - x.v[axis], -inward, at_rest, high.contact, S(high.friction));
         });

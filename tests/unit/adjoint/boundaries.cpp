@@ -20,7 +20,7 @@ void check(const Boundary& boundary) {
 Collider<Sphere<double, 2>> ball(Contact contact) {
     Collider<Sphere<double, 2>> ball;
     ball.shape.radius = 0.1;
-    ball.position = {0.45, 0.05};
+    ball.position = {0.4, 0.1};
     ball.contact = contact;
     ball.friction = 0.2;
     return ball;
@@ -54,6 +54,23 @@ TEST_CASE("gradients with colliders beside walls, by the friction of a collider,
         CHECK(got == Approx((at(0.2 + 1e-5) - at(0.2 - 1e-5)) / 2e-5).epsilon(1e-6));
         CHECK(std::abs(got) > 1e-6);
     }
+}
+TEST_CASE("gradients by the friction of walls", "[adjoint]") {
+    Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>(Contact::slip, 0.2)};
+    run.dt = 1e-3;
+    run.boundary_changes = false;
+    const auto at = [&](double friction) {
+        auto other = run;
+        other.boundary.at_lower[1].friction = friction;
+        return other.value(0);
+    };
+    auto simulation = run.at(0);
+    Adjoint adjoint(simulation);
+    adjoint.advance(3e-3);
+    adjoint.measure(decltype(run)::measure);
+    const double got = adjoint.gradient().intervals[0].boundary.at_lower[1].friction;
+    CHECK(got == Approx((at(0.2 + 1e-5) - at(0.2 - 1e-5)) / 2e-5).epsilon(1e-6));
+    CHECK(std::abs(got) > 1e-6);
 }
 TEST_CASE("gradients in a periodic domain, of matter across its faces", "[adjoint]") {
     Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>()};

@@ -43,7 +43,7 @@ TEST_CASE("a flat block that slides on a solid: the derivative of its velocity b
     const auto gradient = adjoint.gradient();
     CHECK(velocity == Approx(2 - 0.2 * g * 0.5).epsilon(0.01));
     CHECK(std::get<1>(gradient.intervals[0].boundary.parts).friction == Approx(-g * 0.5).epsilon(0.01));
-    CHECK(std::isnan(std::get<0>(gradient.intervals[0].boundary.parts).at_lower[1].friction));  // not known
+    CHECK(std::get<0>(gradient.intervals[0].boundary.parts).at_lower[1].friction == 0);  // the block does not touch it
 }
 
 TEST_CASE("a free bar that rings: d ln T / d ln E = -1/2", "[adjoint]") {
