@@ -87,7 +87,7 @@ struct Walls {
             if (!(upper[a] - lower[a] > 0) || !std::isfinite(upper[a] - lower[a]))
                 throw parameter_error(sentence("The walls reach from ", lower[a], " m to ", upper[a], " m along axis ",
                                                a, "; upper must be above lower and both finite."));
-            for (const Wall* wall : {&at_lower[std::size_t(a)], &at_upper[std::size_t(a)]})
+            for (const WallOf<P>* wall : {&at_lower[std::size_t(a)], &at_upper[std::size_t(a)]})
                 if (!(wall->friction >= 0) || !std::isfinite(wall->friction))
                     throw parameter_error(sentence("The friction of a wall across axis ", a, " is ", wall->friction,
                                                    "; Coulomb's coefficient must be finite and not negative."));
@@ -100,7 +100,7 @@ struct Walls {
         std::string text;
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             for (const bool upper_face : {false, true}) {
-                const Wall& wall = (upper_face ? at_upper : at_lower)[a];
+                const WallOf<P>& wall = (upper_face ? at_upper : at_lower)[a];
                 text += sentence(text.empty() ? "" : "; ", upper_face ? "upper" : "lower", " face of axis ", a, ": ",
                                  name_of(wall.contact), ", friction ", detail::number_text(wall.friction, exactly));
             }
@@ -166,7 +166,7 @@ struct Walls {
     void mirrors(const Seen& seen) const {
         if (nodes_behind == NodesBehind::mirrored)
             for (int a = 0; a < D; ++a) {
-                const Wall &low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
+                const WallOf<P>&low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
                 if (low.contact != Contact::none) seen(a, lower[a], 1, low.contact, low.friction, 0);
                 if (high.contact != Contact::none) seen(a, upper[a], -1, high.contact, high.friction, 0);
             }
