@@ -1,3 +1,4 @@
+// part: arithmetic
 // quick: no
 /// \file The derivative of every material by dual numbers, of its new state and stress, against difference quotients:
 /// where principal stretches are equal, where they nearly are, and where they are far apart.
