@@ -183,19 +183,7 @@ struct Run {
                 if (Transfer::affine) all.push_back(c);
             all.push_back(set.mass[id]);
             all.push_back(set.volume[id]);
-            std::apply(
-                [&](const auto&... field) {
-                    const auto add_one = [&](const auto& member) {
-                        using Stored = firn::detail::Stored<std::remove_cvref_t<decltype(member)>>;
-                        auto numbers = Stored::numbers(member);
-                        if constexpr (Stored::less_one)  // the derivatives themselves are F
-                            firn::detail::for_less_one<std::remove_cvref_t<decltype(member)>>(
-                                [&](auto k) { numbers[k] += 1; });
-                        all.insert(all.end(), numbers.begin(), numbers.end());
-                    };
-                    (add_one(set.state[id].*field.member), ...);
-                },
-                std::remove_cvref_t<decltype(set.state[id])>::fields());
+            firn::detail::for_state(set.state[id], [&](double number) { all.push_back(number); });
         }
         Random direction(11);
         double sum = 0;
@@ -224,6 +212,9 @@ Walls<double, D> walls_of_run(Contact contact = Contact::separate, double fricti
     return Walls<double, D>::all(Vec<double, D>::zero(), Vec<double, D>::filled(1), {contact, friction});
 }
 
+/// An elastic material for runs in which other policies matter.
+inline const FixedCorotated<double> jelly = FixedCorotated<double>::from_young_poisson(1e5, 0.3);
+
 /// Checks a run's gradient along random directions: all inputs of run.along together, then each kind of them alone.
 template <class Simulation>
 void check_derivatives(Run<Simulation> run, double allowed = 1e-6) {
@@ -240,6 +231,14 @@ void check_derivatives(Run<Simulation> run, double allowed = 1e-6) {
         CAPTURE(name);
         if (run.value(1e-3) != run.value(-1e-3)) CHECK(run.error() < allowed);
     }
+}
+
+/// Checks the gradient of a run of jelly with these policies.
+template <int D, class... Policies>
+void check_policies() {
+    Run<SimulationWith<D, FixedCorotated<double>, Policies...>> run{jelly, walls_of_run<D>()};
+    run.dt = 1e-3;
+    check_derivatives(run);
 }
 
 }  // namespace derivatives

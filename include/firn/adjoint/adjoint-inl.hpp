@@ -127,9 +127,8 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
     next.boundary = simulation_.boundary;
     next.transfer = simulation_.transfer;
     next.is_uniform = detail::is_uniform<Acceleration>;
-    simulation_.for_materials([&]<class Set>(Set& set, std::size_t) {
-        next.materials.push_back(std::make_unique<Set>(set.material, simulation_.domain()));
-    });
+    unroll<int(Simulation::material_count)>(
+        [&](auto i) { std::get<i>(next.materials) = simulation_.template set_at<i>().material; });
     next.step = [this, acceleration](double dt, [[maybe_unused]] const Vec<double, D>& more) {
         if constexpr (detail::is_uniform<Acceleration>)
             simulation_.step_by(dt, acceleration + cast<std::remove_cvref_t<decltype(acceleration.v[0])>>(more));
@@ -150,16 +149,14 @@ template <class Simulation>
 void Adjoint<Simulation>::use(const Interval& interval) {
     simulation_.gravity = interval.gravity;
     simulation_.transfer = interval.transfer;
-    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
-        set.material = static_cast<const Set&>(*interval.materials[k]).material;
-    });
+    unroll<int(Simulation::material_count)>(
+        [&](auto i) { simulation_.template set_at<i>().material = std::get<i>(interval.materials); });
 }
 
 template <class Simulation>
 auto Adjoint<Simulation>::interval_of(std::size_t step) -> Interval& {
-    std::size_t k = intervals_.size() - 1;
-    while (intervals_[k].first > step) --k;
-    return intervals_[k];
+    // The last one that begins at the step or before: a call that took no step has none.
+    return *std::prev(std::ranges::upper_bound(intervals_, step, {}, &Interval::first));
 }
 
 template <class Simulation>
@@ -287,12 +284,7 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
         const std::size_t of_material = go.of_material(), of_transfer = go.of_transfer();
         detail::OrderedSums sums(set.partition.groups.size(), of_material + of_transfer);
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) { go(g, sums.of(g)); });
-        std::vector<double> total(of_material + of_transfer);
-        sums.add_to(total);
-        of_material_[k].resize(of_material);
-        interval.of_transfer.resize(of_transfer);
-        for (std::size_t i = 0; i < of_material; ++i) of_material_[k][i] += total[i];
-        for (std::size_t i = 0; i < of_transfer; ++i) interval.of_transfer[i] += total[of_material + i];
+        sums.add_to(of_material_[k], of_material, interval.of_transfer);
         records.push_back({{view.position, of_velocities}, set.partition});
         if (blended) records_before.push_back({{view.position, of_before}, set.partition});
     });
@@ -312,11 +304,7 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
         const std::size_t a = detail::count_of_inputs<P>(field), b = detail::count_of_inputs<P>(walls);
         detail::OrderedSums sums(grid.block_count(), a + b);
         detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums);
-        std::vector<double> total(a + b);
-        sums.add_to(total);
-        of_field.resize(a), of_walls.resize(b);
-        for (std::size_t i = 0; i < a; ++i) of_field[i] += total[i];
-        for (std::size_t i = 0; i < b; ++i) of_walls[i] += total[a + i];
+        sums.add_to(of_field, a, of_walls);
     };
     nodes_back(momenta_.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner), here,
                lifted, interval.of_acceleration, interval.of_boundary);
@@ -441,8 +429,7 @@ void Adjoint<Simulation>::measure_own(std::vector<Vec<double, D>> by_position,
 
 template <class Simulation>
 void Adjoint<Simulation>::add_measures(std::size_t state) {
-    for (const Measure& measure : measures_)
-        if (measure.state == state) measure.add();
+    for (const Measure& measure : std::ranges::equal_range(measures_, state, {}, &Measure::state)) measure.add();
 }
 
 template <class Simulation>
@@ -526,36 +513,37 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
 template <class Simulation>
 void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
     const double h = simulation_.domain().cell_size;
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
-        const auto one = [&]<std::size_t K>(std::integral_constant<std::size_t, K>) {
-            auto& set = simulation_.template set_at<K>();
-            using Set = std::remove_cvref_t<decltype(set)>;
-            auto& to = std::get<K>(gradient.sets);
-            auto& bars = bars_of<Set>(bars_[K]).particles;
-            const std::size_t ids = bars.next_id();
-            to.position.assign(ids, {}), to.velocity.assign(ids, {}), to.affine.assign(ids, {});
-            for (std::size_t id = 0; id < ids; ++id)
-                to.position[id] = to.velocity[id] = Vec<double, D>::zero(), to.affine[id] = Mat<double, D>::zero();
-            to.mass.assign(ids, 0), to.volume.assign(ids, 0);
-            to.state.assign(ids, {});
-            const auto view = bars.view();
-            for (std::size_t slot = 0; slot < bars.slots(); ++slot) {
-                if (!bars.is_particle(slot)) continue;
-                const std::uint32_t id = bars.id(slot);
-                for (int a = 0; a < D; ++a) {
-                    to.position[id][a] = double(*view.position.at(slot, a)) / h;
-                    to.velocity[id][a] = double(*view.velocity.at(slot, a));
-                }
-                for (int k = 0; k < D * D; ++k) to.affine[id].m[k] = double(*view.affine.at(slot, k));
-                to.mass[id] = double(*view.mass.at(slot, 0)), to.volume[id] = double(*view.volume.at(slot, 0));
-                detail::write_state(view.state, slot, to.state[id]);
+    // Writes numbers to a policy; where no step was taken there are none, and all are 0.
+    const auto fill = [](auto& policy, const std::vector<double>& numbers) {
+        std::size_t next = 0;
+        detail::for_numbers<double>(policy, [&](double& number) { number = numbers.empty() ? 0 : numbers[next++]; });
+    };
+    unroll<int(Simulation::material_count)>([&](auto i) {
+        constexpr std::size_t K = i;
+        auto& set = simulation_.template set_at<K>();
+        auto& to = std::get<K>(gradient.sets);
+        auto& bars = bars_of<std::remove_cvref_t<decltype(set)>>(bars_[K]).particles;
+        const std::size_t ids = bars.next_id();
+        to.position.assign(ids, Vec<double, D>::zero());
+        to.velocity.assign(ids, Vec<double, D>::zero());
+        to.affine.assign(ids, Mat<double, D>::zero());
+        to.mass.assign(ids, 0), to.volume.assign(ids, 0);
+        to.state.assign(ids, {});
+        const auto view = bars.view();
+        for (std::size_t slot = 0; slot < bars.slots(); ++slot) {
+            if (!bars.is_particle(slot)) continue;
+            const std::uint32_t id = bars.id(slot);
+            for (int a = 0; a < D; ++a) {
+                to.position[id][a] = double(*view.position.at(slot, a)) / h;
+                to.velocity[id][a] = double(*view.velocity.at(slot, a));
             }
-            to.material = lift<double>(set.material);
-            std::size_t next = 0;
-            detail::for_numbers<double>(to.material, [&](double& number) { number = of_material_[K][next++]; });
-        };
-        (one(std::integral_constant<std::size_t, I>{}), ...);
-    }(std::make_index_sequence<Simulation::material_count>{});
+            for (int k = 0; k < D * D; ++k) to.affine[id].m[k] = double(*view.affine.at(slot, k));
+            to.mass[id] = double(*view.mass.at(slot, 0)), to.volume[id] = double(*view.volume.at(slot, 0));
+            detail::write_state(view.state, slot, to.state[id]);
+        }
+        to.material = lift<double>(set.material);
+        fill(to.material, of_material_[K]);
+    });
     for (const Interval& from : intervals_) {
         auto& to = gradient.intervals.emplace_back();
         to.from = moments_[from.first].time;
@@ -566,17 +554,9 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
                 to.acceleration.emplace_back(k < from.names.size() ? from.names[k] : std::string(),
                                              from.of_acceleration[k]);
         to.boundary = lift<double>(from.boundary);
-        std::size_t next = 0;
-        detail::for_numbers<double>(to.boundary, [&](double& number) {
-            number = next < from.of_boundary.size() ? from.of_boundary[next] : 0;
-            ++next;
-        });
+        fill(to.boundary, from.of_boundary);
         to.transfer = lift<double>(from.transfer);
-        next = 0;
-        detail::for_numbers<double>(to.transfer, [&](double& number) {
-            number = next < from.of_transfer.size() ? from.of_transfer[next] : 0;
-            ++next;
-        });
+        fill(to.transfer, from.of_transfer);
     }
 }
 

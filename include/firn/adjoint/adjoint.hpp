@@ -148,7 +148,7 @@ private:
         Vec<double, D> gravity;
         Boundary boundary;
         Transfer transfer;
-        std::vector<std::unique_ptr<SetOf<S, D>>> materials;
+        decltype(detail::listed<typename Simulation::material_type>::type::models) materials;
         std::function<void(double, const Vec<double, D>&)> step;  // takes a step with another gravity
         std::function<void(double, Interval&)> back;
         std::vector<double> of_acceleration, of_boundary, of_transfer;

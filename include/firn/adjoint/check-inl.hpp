@@ -7,28 +7,25 @@ namespace firn::inline FIRN_BUILD {
 
 template <class Simulation>
 void Adjoint<Simulation>::shift_start(const Gradient<Simulation>& direction, double t) {
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
-        const auto one = [&]<std::size_t K>(std::integral_constant<std::size_t, K>) {
-            auto& set = simulation_.template set_at<K>();
-            auto& particles = set.particles;
-            const auto& by = std::get<K>(direction.sets);
-            for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-                if (!particles.is_particle(slot)) continue;
-                const std::uint32_t id = particles.id(slot);
-                particles.set_position(slot, particles.exact_position(slot) + by.position[id] * t);
-                particles.set_velocity(slot, particles.velocity(slot) + cast<S>(by.velocity[id] * t));
-                particles.set_affine(slot, particles.affine(slot) + cast<S>(by.affine[id] * t));
-                particles.set_mass(slot, S(double(particles.mass(slot)) + by.mass[id] * t));
-                particles.set_volume(slot, S(double(particles.volume(slot)) + by.volume[id] * t));
-                auto state = particles.state(slot);
-                detail::shift_state(state, by.state[id], t);
-                particles.set_state(slot, state);
-            }
-            detail::shift_numbers(set.material, by.material, t);
-            set.readiness.edit();
-        };
-        (one(std::integral_constant<std::size_t, I>{}), ...);
-    }(std::make_index_sequence<Simulation::material_count>{});
+    unroll<int(Simulation::material_count)>([&](auto i) {
+        auto& set = simulation_.template set_at<i>();
+        auto& particles = set.particles;
+        const auto& by = std::get<i>(direction.sets);
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const std::uint32_t id = particles.id(slot);
+            particles.set_position(slot, particles.exact_position(slot) + by.position[id] * t);
+            particles.set_velocity(slot, particles.velocity(slot) + cast<S>(by.velocity[id] * t));
+            particles.set_affine(slot, particles.affine(slot) + cast<S>(by.affine[id] * t));
+            particles.set_mass(slot, S(double(particles.mass(slot)) + by.mass[id] * t));
+            particles.set_volume(slot, S(double(particles.volume(slot)) + by.volume[id] * t));
+            auto state = particles.state(slot);
+            detail::shift_state(state, by.state[id], t);
+            particles.set_state(slot, state);
+        }
+        detail::shift_numbers(set.material, by.material, t);
+        set.readiness.edit();
+    });
     simulation_.prepare();
 }
 
@@ -39,18 +36,17 @@ double Adjoint<Simulation>::value_along(const Gradient<Simulation>& direction, d
     shift_start(direction, t);
     double sum = 0;
     const auto measure_at = [&](std::size_t state) {
-        for (const Measure& measure : measures_)
-            if (measure.state == state) sum += measure.value();
+        for (const Measure& measure : std::ranges::equal_range(measures_, state, {}, &Measure::state))
+            sum += measure.value();
     };
     measure_at(0);
     for (std::size_t step = 0; step < steps(); ++step) {
         Interval& interval = interval_of(step);
         const auto& by = direction.intervals[std::size_t(&interval - intervals_.data())];
         use(interval);
-        [&]<std::size_t... I>(std::index_sequence<I...>) {
-            (detail::shift_numbers(simulation_.template set_at<I>().material, std::get<I>(direction.sets).material, t),
-             ...);
-        }(std::make_index_sequence<Simulation::material_count>{});
+        unroll<int(Simulation::material_count)>([&](auto i) {
+            detail::shift_numbers(simulation_.template set_at<i>().material, std::get<i>(direction.sets).material, t);
+        });
         detail::shift_numbers(simulation_.transfer, by.transfer, t);
         if (interval.first == step) {
             simulation_.boundary = interval.boundary;

@@ -33,8 +33,6 @@ public:
     const State& state() const { return *kept_.back().state; }
     /// Returns the state of the first checkpoint.
     const State& first() const { return *kept_.front().state; }
-    /// Returns whether there is none.
-    bool empty() const { return kept_.empty(); }
     /// Returns the largest number of checkpoints.
     std::size_t most() const { return most_; }
 

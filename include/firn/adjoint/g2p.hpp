@@ -191,11 +191,7 @@ public:
         for_registers<P>(
             places, group,
             [&](std::size_t slot) {
-                for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-                    const std::size_t at = slot + std::size_t(lane);
-                    pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, n),
-                                n);
-                }
+                now.locate(pack, places, slot);
                 gather_from_arena(pack.weights, now.arena.node, n, of_pack);
                 if constexpr (blended) gather_from_arena(pack.weights, before_forces->arena.node, n, before);
             },
@@ -207,9 +203,7 @@ public:
                 unroll<D * D>([&](auto k) FIRN_LAMBDA {
                     if constexpr (Transfer::affine) result.affine.m[k] = bar_.affine.template load<P>(slots, k);
                 });
-                P stress_bar[symmetric_size<D>];
-                unroll<symmetric_size<D>>([&](auto k)
-                                              FIRN_LAMBDA { stress_bar[k] = bar_.stress.template load<P>(slots, k); });
+                const StressBar<P, D> stress_bar = load_stress_bar<P, D>(bar_.stress, slots);
                 tape.cut(start);
                 result.velocity_gradient = material_back(slots, taken.velocity_gradient, P(dt_), stress_bar);
                 if constexpr (!comes_from_energy<Material>) material.add_to(sums.first(material.count()));

@@ -1,7 +1,7 @@
 /// \file The gradient of a measure of a run: derivatives with the names that the program uses.
 #pragma once
 
-#include <firn/adjoint/inputs.hpp>
+#include <firn/adjoint/measure.hpp>
 #include <firn/simulation.hpp>
 
 #include <string>
@@ -44,28 +44,6 @@ template <int D, class... M>
 struct set_gradients<D, Materials<M...>> {
     using type = std::tuple<SetGradient<D, M>...>;
 };
-/// Calls f(number) for each number of a state of derivatives. Of F and J, the derivatives are their numbers themselves.
-template <class State, class F>
-void for_state(State& state, const F& f) {
-    std::apply(
-        [&](const auto&... field) {
-            const auto go = [&](auto& member) {
-                if constexpr (requires { member.m; })
-                    for (auto& number : member.m) f(number);
-                else if constexpr (requires { member.v; })
-                    for (auto& number : member.v) f(number);
-                else if constexpr (requires { member.excess; }) {
-                    auto ratio = double(member);  // J itself
-                    f(ratio);
-                    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(member)>>)
-                        member.excess = ratio - 1;
-                } else
-                    f(member);
-            };
-            (go(state.*field.member), ...);
-        },
-        std::remove_const_t<State>::fields());
-}
 /// Calls f(number) for each number of a gradient that can be a direction.
 template <class Any, class F>
 void for_gradient(Any& gradient, const F& f) {

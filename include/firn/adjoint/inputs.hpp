@@ -8,17 +8,15 @@
 #include <span>
 #include <vector>
 
-namespace firn::inline FIRN_BUILD {
+namespace firn::inline FIRN_BUILD::detail {
 
-/// The sum of the derivatives in all lanes.
+/// Returns the sum of the numbers in all lanes.
 template <class P>
 double sum_of_lanes(const P& a) {
     double sum = 0;
     for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) sum += double(lane_value(a, lane));
     return sum;
 }
-
-namespace detail {
 
 /// Calls f(one) for each policy of which a policy consists; a policy without parts is the only one.
 template <class P, class F>
@@ -38,14 +36,14 @@ void for_numbers(P& policy, const F& f) {
         using Plain = std::remove_const_t<Number>;
         if constexpr (std::same_as<Plain, S> || (std::is_void_v<S> && std::floating_point<Plain>)) f(number);
     };
-    for_policies(policy, [&](auto& one) {
+    for_policies(policy, [&]<class One>(One& one) {
         for_parameters(one, [&](const std::string&, const char*, auto& value) {
             if constexpr (is_vector<std::remove_cvref_t<decltype(value)>>)
                 for (auto& number : value.v) tell(number);
             else
                 tell(value);
         });
-        if constexpr (requires { one.for_frictions(tell); }) one.for_frictions(tell);
+        if constexpr (requires { One::for_frictions(one, tell); }) One::for_frictions(one, tell);
     });
 }
 /// Calls f(number) for each number among the parameters of a policy, of any precision, in the order of for_numbers() of
@@ -64,11 +62,11 @@ void shift_numbers(P& policy, const Direction& direction, double t) {
               [&](auto& number) { number = std::remove_cvref_t<decltype(number)>(double(number) + t * by[next++]); });
 }
 
-/// The parameters of a policy as inputs on the tape of this thread: the first nodes of the tape.
+/// The parameters of a policy as inputs on the tape of this thread.
 template <class T, class Lifted>
 class TracedPolicy {
 public:
-    /// Empties the tape and makes a node for each parameter.
+    /// Makes a node for each parameter.
     explicit TracedPolicy(const Lifted& lifted) : policy_(lifted) {
         Tape<T>& tape = Tape<T>::mine();
         first_ = tape.size();
@@ -107,6 +105,14 @@ public:
     /// Adds the sums of all pieces to `total`.
     void add_to(std::span<double> total) const {
         for (std::size_t i = 0; i < of_pieces_.size(); ++i) total[i % numbers_] += of_pieces_[i];
+    }
+    /// Adds the sums of all pieces: the first `count` numbers to `first`, the others to `others`. An empty list is one
+    /// of zeros.
+    void add_to(std::vector<double>& first, std::size_t count, std::vector<double>& others) const {
+        std::vector<double> total(numbers_);
+        add_to(total);
+        first.resize(count), others.resize(numbers_ - count);
+        for (std::size_t i = 0; i < numbers_; ++i) (i < count ? first[i] : others[i - count]) += total[i];
     }
 
 private:
@@ -164,5 +170,4 @@ FIRN_INLINE void seed(const Mat<traced<P>, D>& result, const Mat<P, D>& adjoint)
 }
 /// @}
 
-}  // namespace detail
-}  // namespace firn::inline FIRN_BUILD
+}  // namespace firn::inline FIRN_BUILD::detail

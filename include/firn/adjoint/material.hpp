@@ -10,8 +10,14 @@
 
 namespace firn::inline FIRN_BUILD::detail {
 
-/// A material's state has at most so many numbers.
-inline constexpr std::size_t most_numbers = 64;
+/// How many numbers a material's state has.
+template <class State>
+inline constexpr std::size_t state_size = std::apply(
+    [](const auto&... field) {
+        return (std::size_t(0) + ... +
+                std::size_t(component_count<std::remove_cvref_t<decltype(std::declval<State>().*(field.member))>>));
+    },
+    State::fields());
 
 /// Whether the stress of a material is the derivative of its energy_density() by F, which is all of its state, and is
 /// linear in its parameters, which are numbers.
@@ -28,7 +34,7 @@ inline constexpr bool comes_from_energy<Hencky<S>> = true;
 /// Returns the state of particles as inputs, from their stored numbers.
 template <class State, class Field, std::size_t N, class P>
 FIRN_INLINE State state_inputs(const std::array<Field, N>& fields, const Slots& slots,
-                               std::array<traced<P>, most_numbers>& numbers) {
+                               std::array<traced<P>, state_size<State>>& numbers) {
     State state;
     constexpr auto members = State::fields();
     std::size_t next = 0;
@@ -53,12 +59,29 @@ FIRN_INLINE auto stored_numbers(const State& state) {
         members);
 }
 /// Writes the adjoints of inputs of a state.
-template <class Field, std::size_t N, class P>
+template <class Field, std::size_t N, class P, std::size_t Size>
 FIRN_INLINE void store_adjoints(const std::array<Field, N>& bars, const Slots& slots,
-                                const std::array<traced<P>, most_numbers>& numbers) {
+                                const std::array<traced<P>, Size>& numbers) {
     std::size_t next = 0;
     for (std::size_t f = 0; f < N; ++f)
         for (int k = 0; k < bars[f].components; ++k) bars[f].store(slots, k, adjoint_of(numbers[next++]));
+}
+
+/// The adjoints of stresses: of the numbers that are stored.
+template <class P, int D>
+using StressBar = std::array<P, std::size_t(symmetric_size<D>)>;
+template <class P, int D, class Field>
+FIRN_INLINE StressBar<P, D> load_stress_bar(const Field& field, const Slots& slots) {
+    StressBar<P, D> bar;
+    unroll<symmetric_size<D>>([&](auto k) FIRN_LAMBDA { bar[k] = field.template load<P>(slots, k); });
+    return bar;
+}
+/// Sets the adjoints of a new stress.
+template <class P, int D>
+FIRN_INLINE void seed_stress(const Mat<traced<P>, D>& stress, const StressBar<P, D>& bar) {
+    unroll<D>([&](auto i) FIRN_LAMBDA {
+        unroll<D - i>([&](auto j) FIRN_LAMBDA { seed(stress(i, i + j), bar[symmetric_index<D>(i, i + j)]); });
+    });
 }
 
 /// Returns A : B, the sum of the products of all elements.
@@ -105,7 +128,7 @@ public:
     /// \param stress_bar  adjoints of the stress: of the numbers that are stored
     /// \return  the adjoint of the velocity gradient
     Mat<P, D> operator()(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
-                         const P (&stress_bar)[symmetric_size<D>]) const {
+                         const StressBar<P, D>& stress_bar) const {
         if constexpr (comes_from_energy<Material>)
             return by_energy(slots, velocity_gradient, dt, stress_bar);
         else
@@ -114,10 +137,10 @@ public:
 
 private:
     [[gnu::noinline]] Mat<P, D> by_tape(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
-                                        const P (&stress_bar)[symmetric_size<D>]) const {
+                                        const StressBar<P, D>& stress_bar) const {
         using State = material_state_t<Lifted, D>;
         const Mat<T, D> L = inputs(velocity_gradient);
-        std::array<T, most_numbers> numbers;
+        std::array<T, state_size<State>> numbers;
         const State old = state_inputs<State>(fields_, slots, numbers);
         State state;
         Mat<T, D> stress;
@@ -132,7 +155,7 @@ private:
         const auto stored = stored_numbers(state);
         Tape<P>& tape = Tape<P>::mine();
         tape.begin();
-        seed_stress(stress, stress_bar);
+        seed_stress<P, D>(stress, stress_bar);
         unroll<int(N)>([&](auto f) FIRN_LAMBDA {
             const auto& own = std::get<f>(stored);
             for (std::size_t k = 0; k < own.size(); ++k) seed(own[k], bars_[f].template load<P>(slots, int(k)));
@@ -145,7 +168,7 @@ private:
     /// Where τ Fᵀ⁻¹ is the derivative of an energy by F, its own derivative is symmetric. So the product of the adjoint
     /// τ̄ with the derivative of τ is a directional derivative, along τ̄ F:  (dτ(τ̄F) − τ τ̄ + τ̄ τ) F⁻ᵀ.
     Mat<P, D> by_energy(const Slots& slots, const Mat<P, D>& velocity_gradient, const P& dt,
-                        const P (&stress_bar)[symmetric_size<D>]) const {
+                        const StressBar<P, D>& stress_bar) const {
         using State = material_state_t<with_scalar_t<Material, P>, D>;
         using Dual = dual<P>;
         const State old = load_state<State>(fields_, slots);
@@ -174,12 +197,6 @@ private:
     FIRN_INLINE void add_parameters(const Gradient& F, const Mat<P, D>& bar) const {
         unroll<int(parameters)>([&](auto k) FIRN_LAMBDA {
             of_parameters_[k] = of_parameters_[k] + contracted(bar, by_parameter_[k].kirchhoff_stress(F));
-        });
-    }
-    static void seed_stress(const Mat<T, D>& stress, const P (&stress_bar)[symmetric_size<D>]) {
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            unroll<D - i>([&](auto j)
-                              FIRN_LAMBDA { seed(stress(i, i + j), stress_bar[symmetric_index<D>(i, i + j)]); });
         });
     }
     /// Returns (F⁻¹)ᵀ: the matrix of cofactors, divided by the determinant.
@@ -224,17 +241,13 @@ void update_stress_back(int threads, const View& view, const View& bar, const Bl
             const std::size_t slot = pack * pack_size + lane;
             const Slots slots{slot, partition.order.data() + slot};
             tape.cut(start);
-            std::array<T, 64> numbers;
+            std::array<T, state_size<LiftedState>> numbers;
             const LiftedState state = state_inputs<LiftedState>(view.state, slots, numbers);
             Mat<T, D> C;
             unroll<D * D>([&](auto k) FIRN_LAMBDA { C.m[k] = T::input(view.affine.template load<P>(slots, k)); });
             const Mat<T, D> stress = stress_of(*policy, state, C);
             tape.begin();
-            unroll<D>([&](auto i) FIRN_LAMBDA {
-                unroll<D - i>([&](auto j) FIRN_LAMBDA {
-                    seed(stress(i, i + j), bar.stress.template load<P>(slots, symmetric_index<D>(i, i + j)));
-                });
-            });
+            seed_stress<P, D>(stress, load_stress_bar<P, D>(bar.stress, slots));
             tape.back();
             policy.add_to(sums.of(pack));
             std::size_t next = 0;

@@ -3,6 +3,8 @@
 
 #include <firn/adjoint/material.hpp>
 
+#include <vector>
+
 namespace firn::inline FIRN_BUILD {
 
 /// A particle as a measure sees it. \tparam T  a scalar: double, or one with derivatives
@@ -46,45 +48,56 @@ MeasuredParticle<T, D, State> measured(const Particles& particles, std::size_t s
     return particle;
 }
 
-/// Returns the derivatives that a member of a state of derivatives has. Of F and J they are its numbers themselves.
-template <class Value>
-auto derivatives_of(const Value& member) {
-    if constexpr (requires { member.m; }) {
-        return std::to_array(member.m);  // not the numbers of a DeformationGradient, which are those of F − I
-    } else {
-        auto numbers = Stored<Value>::numbers(member);
-        if constexpr (Stored<Value>::less_one) numbers[0] += 1;
-        return numbers;
-    }
+/// Calls f(number) for each number of a state of derivatives. Of F and J, the derivatives are their numbers themselves.
+template <class State, class F>
+void for_state(State& state, const F& f) {
+    std::apply(
+        [&](const auto&... field) {
+            const auto go = [&](auto& member) {
+                if constexpr (requires { member.m; })
+                    for (auto& number : member.m) f(number);
+                else if constexpr (requires { member.v; })
+                    for (auto& number : member.v) f(number);
+                else if constexpr (requires { member.excess; }) {
+                    auto ratio = double(member);  // J itself
+                    f(ratio);
+                    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(member)>>)
+                        member.excess = ratio - 1;
+                } else
+                    f(member);
+            };
+            (go(state.*field.member), ...);
+        },
+        std::remove_const_t<State>::fields());
 }
 
 /// Adds t times the derivatives of `by` to the numbers of a state.
 template <class State, class By>
 void shift_state(State& state, const By& by, double t) {
-    constexpr auto members = State::fields();
-    constexpr auto members_by = By::fields();
-    unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
-        auto& member = state.*(std::get<f>(members).member);
-        using Value = std::remove_cvref_t<decltype(member)>;
-        auto numbers = Stored<Value>::numbers(member);
-        const auto change = derivatives_of(by.*(std::get<f>(members_by).member));
-        for (std::size_t k = 0; k < numbers.size(); ++k)
-            numbers[k] += value_type_t<std::remove_cvref_t<decltype(numbers[k])>>(t * change[k]);
-        member = Stored<Value>::made(numbers);
-    });
+    std::vector<double> change;
+    for_state(by, [&](double number) { change.push_back(number); });
+    std::size_t next = 0;
+    std::apply(
+        [&](const auto&... field) {
+            const auto shift = [&](auto& member) {
+                using Value = Stored<std::remove_cvref_t<decltype(member)>>;
+                auto numbers = Value::numbers(member);
+                for (auto& number : numbers) number = typename Value::Number(double(number) + t * change[next++]);
+                member = Value::made(numbers);
+            };
+            (shift(state.*field.member), ...);
+        },
+        State::fields());
 }
 
-/// Writes stored adjoints of a state to a state of derivatives. Of F and J, the derivatives themselves are its numbers.
-template <class Field, std::size_t N, class State>
-void write_state(const std::array<Field, N>& fields, std::size_t slot, State& to) {
-    constexpr auto members = State::fields();
-    unroll<int(N)>([&](auto f) {
-        auto& member = to.*(std::get<f>(members).member);
-        using Value = std::remove_cvref_t<decltype(member)>;
-        std::array<double, std::size_t(component_count<Value>)> numbers;
-        for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = double(*fields[f].at(slot, int(k)));
-        if constexpr (Stored<Value>::less_one) for_less_one<Value>([&](auto k) { numbers[k] -= 1; });
-        member = Stored<Value>::made(numbers);
+/// Writes stored adjoints of a state to a state of derivatives.
+template <std::floating_point S, std::size_t N, class State>
+void write_state(const std::array<BlockedSpan<S>, N>& fields, std::size_t slot, State& to) {
+    std::size_t field = 0;
+    int component = 0;
+    for_state(to, [&](double& number) {
+        number = double(*fields[field].at(slot, component));
+        if (++component == fields[field].components) ++field, component = 0;
     });
 }
 

@@ -57,11 +57,7 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
         for_registers<P>(
             places, group,
             [&](std::size_t slot) {
-                for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-                    const std::size_t at = slot + std::size_t(lane);
-                    pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, n),
-                                n);
-                }
+                nodes.locate(pack, places, slot);
                 gather_from_arena(pack.weights, nodes.arena.node, n, of_pack);
             },
             [&](const Slots& slots, std::size_t slot, int lane) {

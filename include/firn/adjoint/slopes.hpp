@@ -19,6 +19,17 @@ struct FilledArena {
         const BlocksAround<D> around(grid, partition, group);
         fill_arena(arena, numbers, around, group, places.template box<Kernel>(group));
     }
+    /// Computes the weights and positions of the particles of one pack.
+    /// \param slot  first slot of the pack, counted from the group's first slot
+    template <class Pack, class View>
+    FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
+        using P = native_pack<S>;
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+            const std::size_t at = slot + std::size_t(lane);
+            pack.locate(lane, places.template position<P>(at), places.template block_in_arena<Kernel, P>(at, arena.n),
+                        arena.n);
+        }
+    }
 };
 
 /// The weights of the nodes around a register of particles along each axis, their derivatives, and those of the
@@ -122,7 +133,8 @@ template <class Kernel, bool gradients, class P, int D>
     return total;
 }
 
-/// Calls f(slots, group-relative slot, places, pack, lane) for each register of a group, after sums(slot) for its pack.
+/// Calls for_register(slots, slot, lane) for each register of a group, after for_pack(slot) for its pack. Slots are
+/// counted from the group's first one, lanes from the pack's first one.
 template <class P, class Places, class ForPack, class ForRegister>
 FIRN_INLINE void for_registers(const Places& places, const BlockGroup& group, const ForPack& for_pack,
                                const ForRegister& for_register) {

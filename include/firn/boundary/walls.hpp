@@ -127,19 +127,12 @@ struct Walls {
         }
         return walls;
     }
-    /// Calls f(friction) for the friction of each face.
-    /// @{
-    template <class F>
-    void for_frictions(const F& f) {
-        for (auto* faces : {&at_lower, &at_upper})
-            for (WallOf<P>& wall : *faces) f(wall.friction);
+    /// Calls f(friction) for the friction of each face. \tparam Self  Walls, or const Walls
+    template <class Self, class F>
+    static void for_frictions(Self& walls, const F& f) {
+        for (auto* faces : {&walls.at_lower, &walls.at_upper})
+            for (auto& wall : *faces) f(wall.friction);
     }
-    template <class F>
-    void for_frictions(const F& f) const {
-        for (const auto* faces : {&at_lower, &at_upper})
-            for (const WallOf<P>& wall : *faces) f(wall.friction);
-    }
-    /// @}
 
     /// Returns the walls for a grid with cells of side h [m].
     template <class H>

@@ -8,8 +8,6 @@ using namespace derivatives;
 namespace boundaries_gradient_tests {
 namespace {
 
-const FixedCorotated<double> jelly = FixedCorotated<double>::from_young_poisson(1e5, 0.3);
-
 template <int D, class Boundary>
 void check(const Boundary& boundary) {
     Run<SimulationWith<D, FixedCorotated<double>, Boundary>> run{jelly, boundary};

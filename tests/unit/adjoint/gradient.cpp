@@ -10,7 +10,6 @@ namespace gradient_tests {
 namespace {
 
 using Elastic = SimulationWith<2, FixedCorotated<double>>;
-const FixedCorotated<double> jelly = FixedCorotated<double>::from_young_poisson(1e5, 0.3);
 
 Run<Elastic> run_of_jelly() {
     Run<Elastic> run{jelly, walls_of_run<2>()};

@@ -6,32 +6,18 @@
 using namespace derivatives;
 
 namespace policy_gradient_tests {
-namespace {
-
-const FixedCorotated<double> jelly = FixedCorotated<double>::from_young_poisson(1e5, 0.3);
-
-template <int D, class... Policies>
-void check() {
-    using Simulation = SimulationWith<D, FixedCorotated<double>, Policies...>;
-    Run<Simulation> run{jelly, walls_of_run<D>()};
-    run.dt = 1e-3;
-    check_derivatives(run);
-}
-
-}  // namespace
-
 TEST_CASE("gradients through splines", "[adjoint]") {
-    check<3, WeightGradientForce>();
-    check<2, CubicBSpline>();
+    check_policies<3, WeightGradientForce>();
+    check_policies<2, CubicBSpline>();
 }
 TEST_CASE("gradients through kernels without constant inertia", "[adjoint]") {
-    check<2, CompactQuartic, WeightGradientForce>();
-    check<2, Linear, WeightGradientForce>();
+    check_policies<2, CompactQuartic, WeightGradientForce>();
+    check_policies<2, Linear, WeightGradientForce>();
 }
 
 TEST_CASE("gradients through PIC and AFLIP", "[adjoint]") {
-    check<2, Pic>();
-    check<2, Aflip<double>>();
+    check_policies<2, Pic>();
+    check_policies<2, Aflip<double>>();
 }
 TEST_CASE("gradients through the other materials", "[adjoint]") {
     const auto check = [](const auto& material, double stretch) {
