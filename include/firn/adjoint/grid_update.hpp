@@ -36,11 +36,7 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
     parallel_for(
         grid.block_count(), threads,
         [&](std::size_t b, int) {
-            Vec<double, D> low, high;
-            for (int a = 0; a < D; ++a) {
-                low[a] = h * double(block_size * grid.block_along(b, a));
-                high[a] = low[a] + h * (block_size - 1);
-            }
+            const auto [low, high] = CornersOfBlock<D>(grid, b);
             Tape<P>& tape = Tape<P>::mine();
             tape.cut(1);
             const TracedPolicy<P, Acceleration> field(acceleration);

@@ -53,6 +53,21 @@ FIRN_INLINE decltype(auto) acceleration_of_nodes(const Acceleration& acceleratio
         return acceleration_at(acceleration, x, Vec<P, D>::zero(), dt);
 }
 
+/// The first and the last node of a block.
+template <int D>
+struct CornersOfBlock {
+    Vec<double, D> low, high;  // positions, measured from the domain's lower corner [m]
+
+    template <std::floating_point S>
+    CornersOfBlock(const SparseGrid<S, D>& grid, std::size_t b) {
+        const double h = grid.domain().cell_size;
+        for (int a = 0; a < D; ++a) {
+            low[a] = h * double(block_size * grid.block_along(b, a));
+            high[a] = low[a] + h * (block_size - 1);
+        }
+    }
+};
+
 /// Returns the positions of a register of a block's nodes [m].
 /// \param first  position of the block's first node [m];  \param from  index of the register's first node in the block
 template <class P, int D>
@@ -163,11 +178,7 @@ double update_grid(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, d
         }
     };
     const auto update = [&](std::size_t b, int thread) {
-        Vec<double, D> low, high;
-        for (int a = 0; a < D; ++a) {
-            low[a] = h * double(block_size * grid.block_along(b, a));
-            high[a] = low[a] + h * (block_size - 1);
-        }
+        const auto [low, high] = CornersOfBlock<D>(grid, b);
         const Vec<S, D> first = cast<S>(low);
         Reaction<D>* const no_reactions = nullptr;
         if (!here.reaches(low, high)) {
