@@ -15,6 +15,10 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
     for (const SetOf<S, D>& set : simulation_.sets_)
         bytes += set.store().bytes() + set.partition.order.size() * sizeof(std::uint32_t) +
                  set.partition.ranges.size() * sizeof(BlockRange<D>) + set.partition.groups.size() * sizeof(BlockGroup);
+    // Room for the nodes of the step, with a quarter more, because matter may spread.
+    room_for_nodes_ =
+        simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width) * sizeof(S) * (blended ? 10 : 5) / 4;
+    bytes += room_for_nodes_;
     const std::size_t most = options.memory / std::max<std::size_t>(bytes, 1);
     if (most < 3)
         throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
@@ -64,6 +68,7 @@ void Adjoint<Simulation>::store(Snapshot& to) const {
     });
     to.now = simulation_.now_;
     to.boundary = simulation_.boundary;
+    to.nodes.are_kept = false;
 }
 
 template <class Simulation>
@@ -79,6 +84,7 @@ template <class Simulation>
 void Adjoint<Simulation>::swap_with(Snapshot& from) {
     simulation_.for_materials(
         [&]<class Set>(Set& set, std::size_t k) { std::swap(set, static_cast<Set&>(*from.sets[k])); });
+    std::swap(nodes_, from.nodes);
     simulation_.now_ = from.now;
     simulation_.boundary = from.boundary;
     simulation_.activate();
@@ -160,17 +166,50 @@ auto Adjoint<Simulation>::interval_of(std::size_t step) -> Interval& {
 }
 
 template <class Simulation>
-void Adjoint<Simulation>::take_again(std::size_t step) {
+void Adjoint<Simulation>::take_again(std::size_t step, Nodes* keep) {
     Interval& interval = interval_of(step);
     use(interval);
     if (interval.first == step) simulation_.boundary = interval.boundary;
+    keep_ = keep;
     interval.step(dts_[step], Vec<double, D>::zero());
+    keep_ = nullptr;
+    if (keep) keep->are_kept = !keep->momenta.empty();
     simulation_.now_ = moments_[step + 1];
     ++repetitions_[step];
 }
 
 template <class Simulation>
+void Adjoint<Simulation>::keep_nodes() {
+    const auto keep = [this](const S* from, aligned_vector<S> Nodes::* member) {
+        if (!keep_ || !from) return;
+        auto& to = keep_->*member;
+        const std::size_t numbers = simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width);
+        const bool is_room = keep_ == &nodes_ || (blended ? 2 : 1) * numbers * sizeof(S) <= room_for_nodes_;
+        to.resize(is_room ? numbers : 0);
+        detail::for_chunks(to.size(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+            std::copy(from + first, from + last, to.data() + first);
+        });
+    };
+    simulation_.add_pass("keep nodes", "p2g", [=, this](Simulation&, const StepNow<S, D>&) {
+        keep(simulation_.grid_.nodes(0), &Nodes::momenta);
+        if constexpr (blended) keep(simulation_.grid_.layer(layer::before_forces), &Nodes::before_forces);
+    });
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::sort() {
+    bool is_due = false;
+    for (std::size_t k = 0; k < simulation_.sets_.size(); ++k)
+        if (simulation_.sets_[k].report.sort_needed) {
+            simulation_.sort(k, simulation_.ranks(), simulation_.workers());
+            is_due = true;
+        }
+    if (is_due) simulation_.activate();
+}
+
+template <class Simulation>
 void Adjoint<Simulation>::bring_state(std::size_t state) {
+    nodes_.are_kept = false;
     kept_->forget_behind(state);
     std::size_t at = kept_->last();
     if (at == state && at > 0) {  // its last use
@@ -182,63 +221,23 @@ void Adjoint<Simulation>::bring_state(std::size_t state) {
     simulation_.now_ = moments_[at];
     while (at < state) {
         const std::size_t to = kept_->way_to(state);
-        for (; at < to; ++at) take_again(at);
-        if (at < state) kept_->keep_again(at, [&](Snapshot& into) { store(into); });
+        for (; at < to; ++at) take_again(at, kept_->last() == at ? &kept_->state().nodes : nullptr);
+        if (at == state) return;
+        sort();
+        kept_->keep_again(at, [&](Snapshot& into) { store(into); });
     }
-}
-
-template <class Simulation>
-template <class Set>
-void Adjoint<Simulation>::fit(Set& set, Bars& bars) {
-    auto& now = set.particles;
-    const auto fields = [](auto& particles) {
-        const auto view = particles.view();
-        std::vector<BlockedSpan<S>> all{view.position, view.velocity, view.affine, view.stress, view.mass, view.volume};
-        all.insert(all.end(), view.state.begin(), view.state.end());
-        return all;
-    };
-    if (bars.set) {
-        auto& old = bars_of<Set>(bars).particles;
-        bool same = old.slots() == now.slots();
-        for (std::size_t slot = 0; same && slot < now.slots(); ++slot) same = old.id(slot) == now.id(slot);
-        if (same) return;
-    }
-    if (bars.other)
-        static_cast<Set&>(*bars.other) = set;
-    else
-        bars.other = set.copy();
-    auto& adjoints = static_cast<Set&>(*bars.other).particles;
-    const auto to = fields(adjoints);
-    const int threads = simulation_.workers();
-    detail::for_chunks(now.slots(), threads, [&](std::size_t first, std::size_t last) {
-        for (const BlockedSpan<S>& field : to)
-            for (std::size_t slot = first; slot < last; ++slot)
-                for (int k = 0; k < field.components; ++k) *field.at(slot, k) = 0;
-    });
-    if (bars.set) {
-        auto& old = bars_of<Set>(bars).particles;
-        const auto from = fields(old);
-        std::vector<std::uint32_t> slot_of(now.next_id(), no_particle);
-        for (std::size_t slot = 0; slot < old.slots(); ++slot)
-            if (old.is_particle(slot)) slot_of[old.id(slot)] = std::uint32_t(slot);
-        detail::for_chunks(now.slots(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t slot = first; slot < last; ++slot) {
-                if (!now.is_particle(slot)) continue;
-                const std::uint32_t before = slot_of[now.id(slot)];
-                for (std::size_t f = 0; f < to.size() && before != no_particle; ++f)
-                    for (int k = 0; k < to[f].components; ++k) *to[f].at(slot, k) = *from[f].at(before, k);
-            }
-        });
-    }
-    std::swap(bars.set, bars.other);
-    const std::size_t slots = now.slots();
-    bars.records.resize(slots * std::size_t(detail::record_size<Force, D>));
-    if (blended) bars.records_before.resize(slots * std::size_t(D + D * D));
 }
 
 template <class Simulation>
 void Adjoint<Simulation>::fit_bars() {
-    simulation_.for_materials([&](auto& set, std::size_t k) { fit(set, bars_[k]); });
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        using State = typename decltype(set.particles.view())::state_type;
+        bars_[k].follow(field_table<S, D, State>(), set.partition.order, set.particles.next_id(),
+                        simulation_.workers());
+        const std::size_t slots = set.partition.order.size();
+        bars_[k].records.resize(slots * std::size_t(detail::record_size<Force, D>));
+        if (blended) bars_[k].records_before.resize(slots * std::size_t(D + D * D));
+    });
 }
 
 template <class Simulation>
@@ -251,30 +250,44 @@ void Adjoint<Simulation>::back(std::size_t step) {
 
 template <class Simulation>
 template <class Acceleration>
+void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleration) {
+    SparseGrid<S, D>& grid = simulation_.grid_;
+    const auto copy = [&](const aligned_vector<S>& from) {
+        detail::for_chunks(from.size(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+            std::copy(from.data() + first, from.data() + last, grid.nodes(0) + first);
+        });
+    };
+    simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
+        keep_ = nodes_.are_kept ? nullptr : &nodes_;
+        for (const Pass<S, D>& pass : simulation_.passes_) {
+            if (pass.name == "p2g" && nodes_.are_kept) {
+                if constexpr (blended) {
+                    copy(nodes_.before_forces);
+                    grid.exchange(layer::before_forces, simulation_.workers());
+                }
+                copy(nodes_.momenta);
+            } else {
+                pass.act(simulation_, now);
+            }
+            if (pass.name == "grid update") break;
+        }
+        keep_ = nullptr;
+    });
+}
+
+template <class Simulation>
+template <class Acceleration>
 void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, Interval& interval) {
     const int threads = simulation_.workers();
     SparseGrid<S, D>& grid = simulation_.grid_;
-    // The step forwards, up to the velocities of the nodes.
-    simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
-        for (const Pass<S, D>& pass : simulation_.passes_) {
-            if (pass.name == "grid update") {
-                const std::size_t numbers = grid.block_count() * std::size_t(block_nodes<D> * node_width);
-                momenta_.resize(numbers);
-                detail::for_chunks(numbers, threads, [&](std::size_t first, std::size_t last) {
-                    std::copy(grid.nodes(0) + first, grid.nodes(0) + last, momenta_.data() + first);
-                });
-            }
-            pass.act(simulation_, now);
-            if (pass.name == "grid update") break;
-        }
-    });
+    bring_nodes(dt, acceleration);
     fit_bars();
 
     // G2P backwards: records, then their scatter.
     std::vector<ParticleSet<detail::RecordView<MotionView<S, D, BlockedSpan<S>>>>> records, records_before;
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         Bars& bars = bars_[k];
-        const auto view = set.particles.view(), bar = bars_of<Set>(bars).particles.view();
+        const auto view = set.particles.view(), bar = bars_of<Set>(bars);
         const BlockedSpan<S> of_velocities{bars.records.data(), detail::record_size<Force, D>},
             of_before{bars.records_before.data(), D + D * D};
         using Material = std::remove_cvref_t<decltype(set.material)>;
@@ -306,14 +319,14 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
         detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums);
         sums.add_to(of_field, a, of_walls);
     };
-    nodes_back(momenta_.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner), here,
-               lifted, interval.of_acceleration, interval.of_boundary);
+    nodes_back(nodes_.momenta.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner),
+               here, lifted, interval.of_acceleration, interval.of_boundary);
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
         // The nodes hold velocities; their momenta are velocity × mass.
         const S* const velocities = grid.layer(layer::before_forces);
-        momenta_before_.resize(momenta_.size());
-        detail::for_chunks(momenta_.size() / node_width, threads, [&](std::size_t first, std::size_t last) {
+        momenta_before_.resize(nodes_.momenta.size());
+        detail::for_chunks(momenta_before_.size() / node_width, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 const S* const from = velocities + i * node_width;
                 S* const to = momenta_before_.data() + i * node_width;
@@ -330,7 +343,7 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
     // P2G backwards.
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         const auto view = set.particles.motion();
-        const auto bar = bars_of<Set>(bars_[k]).particles.motion();
+        const auto bar = motion_of(bars_of<Set>(bars_[k]));
         detail::p2g_back<Kernel, Transfer, Force>(threads, view, bar, set.partition, grid, bar_grid_.nodes(0), dt);
         if constexpr (blended)
             detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>>(threads, view, bar, set.partition, grid,
@@ -343,7 +356,7 @@ template <std::size_t I, class Add>
 void Adjoint<Simulation>::add_measure(const Add& add, std::function<double()> value) {
     const auto go = [this, add] {
         auto& set = simulation_.template set_at<I>();
-        add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]).particles.view());
+        add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]));
     };
     measures_.push_back({steps(), go, std::move(value)});
 }
@@ -438,15 +451,21 @@ void Adjoint<Simulation>::note_norms(std::size_t state, Gradient<Simulation>& gr
     const double h = simulation_.domain().cell_size;
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         const auto& particles = set.particles;
-        const auto bar = bars_of<Set>(bars_[k]).particles.view();
-        detail::OrderedSums sums((particles.slots() + 1023) / 1024, 2);
-        parallel_for((particles.slots() + 1023) / 1024, simulation_.workers(), [&](std::size_t c, int) {
-            for (std::size_t slot = c * 1024; slot < std::min(particles.slots(), (c + 1) * 1024); ++slot)
-                for (int a = 0; a < D && particles.is_particle(slot); ++a) {
-                    const double x = double(*bar.position.at(slot, a)) / h, v = double(*bar.velocity.at(slot, a));
-                    sums.of(c)[0] += x * x;
-                    sums.of(c)[1] += v * v;
-                }
+        const auto bar = bars_of<Set>(bars_[k]);
+        // Whole arrays: there, the adjoints of padding are 0.
+        const std::size_t slots = set.partition.order.size();
+        detail::OrderedSums sums((slots + detail::at_once - 1) / detail::at_once, 2);
+        detail::for_chunks(slots, simulation_.workers(), [&](std::size_t first, std::size_t last) {
+            const auto add = [&](const BlockedSpan<S>& field, double& to) {
+                double of_lanes[pack_size] = {};
+                for (const S* number = field.at(first, 0); number != field.at(first, 0) + (last - first) * D;
+                     number += pack_size)
+                    for (int lane = 0; lane < pack_size; ++lane)
+                        of_lanes[lane] += double(number[lane]) * double(number[lane]);
+                for (const double& of_lane : of_lanes) to += of_lane;
+            };
+            add(bar.position, sums.of(first / detail::at_once)[0]);
+            add(bar.velocity, sums.of(first / detail::at_once)[1]);
         });
         double total[2] = {};
         sums.add_to(total);
@@ -462,7 +481,7 @@ void Adjoint<Simulation>::note_norms(std::size_t state, Gradient<Simulation>& gr
                         " s, is not finite: a formula has no derivative there, or the run is so chaotic that its "
                         "derivatives overflow. Measure over fewer steps, or look at the particle's state."));
             }
-        positions += total[0], velocities += total[1];
+        positions += total[0] / (h * h), velocities += total[1];
     });
     gradient.position_norm[state] = std::sqrt(positions);
     gradient.velocity_norm[state] = std::sqrt(velocities);
@@ -484,7 +503,8 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
     of_material_.assign(simulation_.sets_.size(), {});
     for (Interval& interval : intervals_) interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
-    for (Bars& bars : bars_) bars.set.reset(), bars.other.reset();
+    for (Bars& bars : bars_) bars.forget();
+    keep_nodes();
     parallel_region(simulation_.workers(), [&] {
         fit_bars();
         add_measures(steps());
@@ -500,8 +520,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
             const std::size_t count = detail::count_of_inputs<P>(lift<T>(set.material));
             detail::OrderedSums sums(set.partition.slots() / pack_size, count);
             detail::update_stress_back<Material, S, D>(simulation_.workers(), set.particles.view(),
-                                                       bars_of<Set>(bars_[k]).particles.view(), set.partition,
-                                                       set.material, sums);
+                                                       bars_of<Set>(bars_[k]), set.partition, set.material, sums);
             of_material_[k].resize(count);
             sums.add_to(of_material_[k]);
         });
@@ -522,17 +541,16 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
         constexpr std::size_t K = i;
         auto& set = simulation_.template set_at<K>();
         auto& to = std::get<K>(gradient.sets);
-        auto& bars = bars_of<std::remove_cvref_t<decltype(set)>>(bars_[K]).particles;
-        const std::size_t ids = bars.next_id();
+        const std::size_t ids = set.particles.next_id();
         to.position.assign(ids, Vec<double, D>::zero());
         to.velocity.assign(ids, Vec<double, D>::zero());
         to.affine.assign(ids, Mat<double, D>::zero());
         to.mass.assign(ids, 0), to.volume.assign(ids, 0);
         to.state.assign(ids, {});
-        const auto view = bars.view();
-        for (std::size_t slot = 0; slot < bars.slots(); ++slot) {
-            if (!bars.is_particle(slot)) continue;
-            const std::uint32_t id = bars.id(slot);
+        const auto view = bars_of<std::remove_cvref_t<decltype(set)>>(bars_[K]);
+        for (std::size_t slot = 0; slot < bars_[K].ids().size(); ++slot) {
+            const std::uint32_t id = bars_[K].ids()[slot];
+            if (id == no_particle) continue;
             for (int a = 0; a < D; ++a) {
                 to.position[id][a] = double(*view.position.at(slot, a)) / h;
                 to.velocity[id][a] = double(*view.velocity.at(slot, a));

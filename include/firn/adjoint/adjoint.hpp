@@ -2,6 +2,7 @@
 /// it has set.
 #pragma once
 
+#include <firn/adjoint/bars.hpp>
 #include <firn/adjoint/checkpoints.hpp>
 #include <firn/adjoint/g2p.hpp>
 #include <firn/adjoint/gradient.hpp>
@@ -136,11 +137,18 @@ private:
     using Force = typename Simulation::force_type;
     static constexpr bool blended = blends_velocities<Transfer>;
 
-    /// A state of the simulation.
+    /// What the nodes held after the P2G of a step: momenta and masses, and velocities before forces if the transfer
+    /// needs them.
+    struct Nodes {
+        aligned_vector<S> momenta, before_forces;
+        bool are_kept = false;
+    };
+    /// A state of the simulation, and the nodes of the step from it.
     struct Snapshot {
         std::vector<std::unique_ptr<SetOf<S, D>>> sets;
         Moment now;
         Boundary boundary;
+        Nodes nodes{};
     };
     /// What was set for some steps.
     struct Interval {
@@ -155,21 +163,21 @@ private:
         std::vector<std::string> names;
         bool is_uniform;
     };
-    /// The adjoints of the particles of a set, in the layout of the particles, and room for records.
-    struct Bars {
-        std::unique_ptr<SetOf<S, D>> set, other;  // the particles of `set` have adjoints in place of their numbers
-        aligned_vector<S> records, records_before;
-    };
+    using Bars = detail::ParticleAdjoints<S, D>;
     /// Puts the simulation back as it was.
     struct Restored {
         Adjoint& of;
         const Snapshot& end;
         const Vec<double, D>& gravity;
         const Transfer& transfer;
+        PassList<S, D> passes = of.simulation_.passes_;
+        std::optional<Reactions<D>> reactions = std::exchange(of.simulation_.reactions, std::nullopt);
         ~Restored() {
             of.restore(end);
             of.simulation_.gravity = gravity;
             of.simulation_.transfer = transfer;
+            of.simulation_.passes_ = std::move(passes);
+            of.simulation_.reactions = std::move(reactions);
         }
     };
     struct Measure {
@@ -190,7 +198,12 @@ private:
     void swap_with(Snapshot& from);
     void use(const Interval& interval);
     Interval& interval_of(std::size_t step);
-    void take_again(std::size_t step);
+    void take_again(std::size_t step, Nodes* keep);
+    void keep_nodes();
+    template <class Acceleration>
+    void bring_nodes(double dt, const Acceleration& acceleration);
+    /// Sorts the particles if the next step would, so that a state is kept sorted.
+    void sort();
     void bring_state(std::size_t state);
     void back(std::size_t step);
     template <class Acceleration>
@@ -198,12 +211,11 @@ private:
     void add_measures(std::size_t state);
     void note_norms(std::size_t state, Gradient<Simulation>& gradient);
     void fit_bars();
+    /// Returns the arrays of the adjoints of a set's particles.
     template <class Set>
-    static Set& bars_of(Bars& bars) {
-        return static_cast<Set&>(*bars.set);
+    static auto bars_of(Bars& bars) {
+        return bars.template view<decltype(std::declval<Set&>().particles.view())>();
     }
-    template <class Set>
-    void fit(Set& set, Bars& bars);
     template <std::size_t I, class Add>
     void add_measure(const Add& add, std::function<double()> value = {});
     double value_along(const Gradient<Simulation>& direction, double t, std::vector<BlockCoordinate<D>>& cells);
@@ -219,7 +231,10 @@ private:
     std::vector<std::uint32_t> repetitions_;
     std::vector<Bars> bars_;
     std::vector<std::vector<double>> of_material_;
-    aligned_vector<S> momenta_, momenta_before_;
+    std::size_t room_for_nodes_ = 0;  // for those of one checkpoint [bytes]
+    Nodes nodes_;                     // of the step that goes back
+    Nodes* keep_ = nullptr;           // receives the nodes of the step that is taken
+    aligned_vector<S> momenta_before_;
     SparseGrid<S, D> bar_grid_, bar_before_;
 };
 

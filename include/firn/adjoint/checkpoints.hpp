@@ -30,7 +30,7 @@ public:
     /// Returns the index of the last checkpoint.
     std::size_t last() const { return kept_.back().index; }
     /// Returns the state of the last checkpoint.
-    const State& state() const { return *kept_.back().state; }
+    State& state() { return *kept_.back().state; }
     /// Returns the state of the first checkpoint.
     const State& first() const { return *kept_.front().state; }
     /// Returns the largest number of checkpoints.

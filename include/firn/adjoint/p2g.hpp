@@ -51,15 +51,10 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
         const FilledArena<Kernel, S, D> nodes(bars, grid, partition, group, places);
         const int n = nodes.arena.n;
         PackPlaces<Kernel, gradients, S, D> pack;
-        PackSums<Kernel, true, gradients, S, D> of_pack;
         const auto add = [](const BlockedSpan<S>& to, const Slots& slots, int k, const P& more)
                              FIRN_LAMBDA { to.store(slots, k, to.template load<P>(slots, k) + more); };
         for_registers<P>(
-            places, group,
-            [&](std::size_t slot) {
-                nodes.locate(pack, places, slot);
-                gather_from_arena(pack.weights, nodes.arena.node, n, of_pack);
-            },
+            places, group, [&](std::size_t slot) { nodes.locate(pack, places, slot); },
             [&](const Slots& slots, std::size_t slot, int lane) {
                 P2GParticle<P, D> particle;
                 particle.mass = view.mass.template load_or_zero<P>(slots, 0);
@@ -72,17 +67,15 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                                       FIRN_LAMBDA { particle.affine.m[k] = view.affine.template load<P>(slots, k); });
                 const Vec<P, D> offset = pack.offset(lane);
                 const P2GRecord<P, D> held = make_record<Kernel, Transfer, Force>(particle, offset, P(h), P(S(dt)));
-                const G2PSums<P, D> sums = of_pack.lanes(lane);
-                Mat<P, D> gradient_bar = Mat<P, D>::zero();
-                if constexpr (gradients) gradient_bar = sums.gradient;
-                Vec<P, D> offset_bar;
-                const P2GParticle<P, D> of = give_back_to_particle<Kernel, Transfer, Force>(
-                    particle, held, {of_pack.fourth(lane), sums.velocity, sums.moment, gradient_bar}, offset, P(h),
-                    P(S(dt)), offset_bar);
                 const WeightSlopes<Kernel, gradients, P, D> weights(
                     locate<Kernel>(places.template position<P>(slot)).fraction);
-                const Vec<P, D> slope =
-                    slope_of_sums<Kernel, gradients>(held, weights, nodes.arena.node, n, pack.weights.corner + lane);
+                SumsAround<P, D> sums;
+                const Vec<P, D> slope = slope_of_sums<Kernel, gradients>(held, weights, nodes.arena.node, n,
+                                                                         pack.weights.corner + lane, &sums);
+                Vec<P, D> offset_bar;
+                const P2GParticle<P, D> of = give_back_to_particle<Kernel, Transfer, Force>(
+                    particle, held, {sums.fourth, sums.of_nodes.velocity, sums.of_nodes.moment, sums.of_nodes.gradient},
+                    offset, P(h), P(S(dt)), offset_bar);
                 add(bar.mass, slots, 0, of.mass);
                 add(bar.volume, slots, 0, of.volume);
                 unroll<D>([&](auto a) FIRN_LAMBDA {

@@ -6,6 +6,8 @@
 #include <firn/loops/gather.hpp>
 #include <firn/loops/scatter.hpp>
 
+#include <cstddef>
+
 namespace firn::inline FIRN_BUILD::detail {
 
 /// The arena of a group, filled from the grid: contiguous memory for the nodes around the group.
@@ -54,6 +56,15 @@ struct WeightSlopes {
     }
 };
 
+/// Sums over the nodes around the particles of a register.
+template <class P, int D>
+struct SumsAround {
+    G2PSums<P, D> of_nodes;  // of the first D numbers u_i of each node
+    P fourth;                // Σ N_i U_i
+
+    static SumsAround zero() { return {{Vec<P, D>::zero(), Mat<P, D>::zero(), Mat<P, D>::zero()}, P(0)}; }
+};
+
 /// Returns the derivative, with respect to the particles' positions [cells], of
 ///
 ///     Σ_i  u_i · (N_i (p + A o_i) + G ∇N_i)  +  m Σ_i N_i U_i
@@ -61,11 +72,15 @@ struct WeightSlopes {
 /// for a register of particles. u_i are the first D numbers of a node and U_i is the fourth; o_i is the node's offset
 /// from the centre node. The record (p, A, G, m) and the nodes are held.
 /// \param nodes    the arena;  \param corner  of each particle: the index of the first number of its base node
-template <class Kernel, bool gradients, class P, int D>
+/// \param sums     a SumsAround receives the sums themselves; nullptr: nobody needs them
+template <class Kernel, bool gradients, class P, int D, class Sums = std::nullptr_t>
 [[gnu::noinline]] Vec<P, D> slope_of_sums(const P2GRecord<P, D>& record, const WeightSlopes<Kernel, gradients, P, D>& w,
-                                          const value_type_t<P>* nodes, int n, const typename P::integer* corner) {
+                                          const value_type_t<P>* nodes, int n, const typename P::integer* corner,
+                                          [[maybe_unused]] Sums sums = nullptr) {
     constexpr int K = Kernel::support, centre = centre_node<Kernel>;
+    constexpr bool has_sums = !std::is_null_pointer_v<Sums>;
     Vec<P, D> total = Vec<P, D>::zero();
+    if constexpr (has_sums) *sums = SumsAround<P, D>::zero();
     for (int i = 0; i < (D == 3 ? K : 1); ++i)
         for (int j = 0; j < K; ++j) {
             const int line = D == 3 ? i * K + j : j;
@@ -79,6 +94,9 @@ template <class Kernel, bool gradients, class P, int D>
             P s_n = P(0), s_d = P(0);
             Vec<P, D> t_n = Vec<P, D>::zero(), t_d = t_n, t_g = t_n;  // t_g: of the last axis with its own gradient
             P t_b = P(0);
+            // Sums of u times N, o N, and ∂N along the line; and of U N.
+            Vec<P, D> u_n = t_n, u_o = t_n, u_g = t_n;
+            P of_fourth = P(0);
             for (int k = 0; k < K; ++k) {
                 P r[4];
                 load_quads_of<P>(
@@ -88,6 +106,16 @@ template <class Kernel, bool gradients, class P, int D>
                 unroll<D>([&](auto a) FIRN_LAMBDA { s = s + at.v[a] * r[a]; });
                 s_n = s_n + s * w.weight[D - 1][k];
                 s_d = s_d + s * w.slope[D - 1][k];
+                if constexpr (has_sums) {
+                    const P weight = w.weight[D - 1][k];
+                    of_fourth = of_fourth + r[node_mass] * weight;
+                    unroll<D>([&](auto a) FIRN_LAMBDA {
+                        const P weighted = r[a] * weight;
+                        u_n.v[a] = u_n.v[a] + weighted;
+                        u_o.v[a] = u_o.v[a] + weighted * P(k - centre);
+                        if constexpr (gradients) u_g.v[a] = u_g.v[a] + r[a] * w.gradient[D - 1][k];
+                    });
+                }
                 if constexpr (gradients) {
                     unroll<D>([&](auto a) FIRN_LAMBDA {
                         P t = record.gradient(0, a) * r[0];
@@ -113,6 +141,28 @@ template <class Kernel, bool gradients, class P, int D>
                 return product([&](int a) FIRN_LAMBDA { return a == axis ? other : w.weight[a][at[a]]; });
             };
             const P plain_weight = with(-1, P(0));
+            if constexpr (has_sums) {
+                sums->fourth = sums->fourth + of_fourth * plain_weight;
+                const Vec<P, D> weighted = u_n * plain_weight;
+                sums->of_nodes.velocity += weighted;
+                const auto add_moment = [&](int axis, const Vec<P, D>& column) FIRN_LAMBDA {
+                    unroll<D>([&](auto a) FIRN_LAMBDA {
+                        sums->of_nodes.moment(a, axis) = sums->of_nodes.moment(a, axis) + column.v[a];
+                    });
+                };
+                add_moment(D - 1, u_o * plain_weight);
+                if constexpr (D == 3) add_moment(0, weighted * P(i - centre));
+                add_moment(D - 2, weighted * P(j - centre));
+                if constexpr (gradients)
+                    unroll<D>([&](auto a) FIRN_LAMBDA {
+                        P& last = sums->of_nodes.gradient(a, D - 1);
+                        last = last + u_g.v[a] * plain_weight;
+                        unroll<D - 1>([&](auto b) FIRN_LAMBDA {
+                            P& other = sums->of_nodes.gradient(a, b);
+                            other = other + u_n.v[a] * with(b, w.gradient[b][at[b]]);
+                        });
+                    });
+            }
             total.v[D - 1] = total.v[D - 1] + s_d * plain_weight;
             unroll<D - 1>([&](auto b) FIRN_LAMBDA { total.v[b] = total.v[b] + s_n * with(b, w.slope[b][at[b]]); });
             if constexpr (gradients) {

@@ -5,10 +5,28 @@
 
 namespace firn::inline FIRN_BUILD {
 
+FIRN_BODY FieldMemory& FieldMemory::operator=(const FieldMemory& other) {
+    if (this == &other) return *this;
+    order_ = other.order_, fields_ = other.fields_, width_ = other.width_, widest_ = other.widest_;
+    slots_ = other.slots_, room_at_end_ = other.room_at_end_, workers_ = other.workers_;
+    if (memory_.size() != other.memory_.size()) {
+        memory_.clear();
+        memory_.resize(other.memory_.size());
+    }
+    const std::size_t begin = fields_.empty() ? 0 : fields_.front().offset, bytes = end_of_fields() - begin;
+    detail::for_shares(
+        bytes, bytes < detail::least_shared_bytes ? 1 : workers_, [&](std::size_t first, std::size_t last) {
+            if (first < last)
+                std::memcpy(memory_.data() + begin + first, other.memory_.data() + begin + first, last - first);
+        });
+    return *this;
+}
+
 FIRN_BODY void FieldMemory::grow(std::size_t slots, int workers) {
     if (memory_.size() >= bytes_for(slots)) return grow_in_place(slots);
     FieldMemory larger(order_, fields_, width_, widest_);
     larger.slots_ = slots;
+    larger.workers_ = workers;
     larger.memory_.resize(bytes_for(slots));
     if (bytes_for(slots) < detail::least_shared_bytes) workers = 1;
     std::size_t offset = 0;

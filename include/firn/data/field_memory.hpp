@@ -41,6 +41,13 @@ public:
         }
         if (order == SlotOrder::by_id) widest_ = 0;
     }
+    /// Copies the fields, on as many threads as have sorted the particles or made room for them. The gap is not copied.
+    /// @{
+    FieldMemory(const FieldMemory& other) { *this = other; }
+    FieldMemory& operator=(const FieldMemory& other);
+    /// @}
+    FieldMemory(FieldMemory&&) = default;
+    FieldMemory& operator=(FieldMemory&&) = default;
 
     /// Number of slots.
     std::size_t slots() const { return slots_; }
@@ -96,6 +103,7 @@ public:
     /// \tparam Bits  an unsigned integer type of the size of one number; the numbers of all fields must have this size
     template <class Bits>
     void permute(const aligned_vector<std::uint32_t>& order, int workers, std::size_t spare = 0) {
+        workers_ = workers;
         const std::size_t slots = order.size() + spare;
         if (memory_.size() < bytes_for(slots)) grow(slots + slots / 64 / pack_size * pack_size, workers);
         slots_ = slots;
@@ -143,7 +151,9 @@ private:
         return order_ == SlotOrder::sorted ? place(slot, components) + std::size_t(component * pack_size)
                                            : slot * components + std::size_t(component);
     }
-    std::size_t end_of_fields() const { return fields_.back().offset + slots_ * fields_.back().bytes_of_slot(); }
+    std::size_t end_of_fields() const {
+        return fields_.empty() ? 0 : fields_.back().offset + slots_ * fields_.back().bytes_of_slot();
+    }
 
     /// Does the work of grow() if the memory is large enough: moves the fields apart, into the gap.
     void grow_in_place(std::size_t slots);
@@ -187,6 +197,7 @@ private:
     std::size_t width_ = 0, widest_ = 0;  // bytes per slot: of all fields together, and of the widest field
     std::size_t slots_ = 0;
     bool room_at_end_ = true;
+    int workers_ = 1;  // how many sorted the particles, or made room for them
     aligned_vector<std::byte> memory_;
 };
 

@@ -1,0 +1,70 @@
+/// \file The adjoints of the particles of a set.
+#pragma once
+
+#include <firn/core/parallel.hpp>
+#include <firn/data/field_memory.hpp>
+#include <firn/data/particle_store.hpp>
+
+#include <algorithm>
+#include <optional>
+
+namespace firn::inline FIRN_BUILD::detail {
+
+/// The adjoints of the particles of a set: one number for each of theirs, in the same layout; and room for records.
+template <std::floating_point S, int D>
+class ParticleAdjoints {
+public:
+    aligned_vector<S> records, records_before;  ///< Room for records. \see G2PBack
+
+    /// Brings the adjoints into the order of the particles. The first time, all are 0.
+    /// \param table  the fields of the particles
+    /// \param order  the id of the particle in each slot
+    void follow(const FieldTable& table, const aligned_vector<std::uint32_t>& order, std::uint32_t next_id,
+                int threads) {
+        if (fields_ && std::ranges::equal(order, ids_)) return;
+        if (fields_) {
+            from_.resize(order.size()), slot_of_.resize(next_id);
+            for_chunks(ids_.size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t slot = first; slot < last; ++slot)
+                    if (ids_[slot] != no_particle) slot_of_[ids_[slot]] = std::uint32_t(slot);
+            });
+            for_chunks(order.size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t slot = first; slot < last; ++slot)
+                    from_[slot] = order[slot] == no_particle ? no_particle : slot_of_[order[slot]];
+            });
+            fields_->template permute<std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>>(from_, threads);
+            for (std::size_t slot = 0; slot < order.size(); ++slot)
+                if (order[slot] == no_particle) clear(table.size(), slot);
+        } else {
+            fields_.emplace(table, D, sizeof(S), SlotOrder::sorted);
+            fields_->grow(order.size(), threads);
+        }
+        ids_ = order;
+    }
+    /// Forgets all adjoints.
+    void forget() { fields_.reset(); }
+
+    /// Returns the ids of the particles in all slots.
+    const aligned_vector<std::uint32_t>& ids() const { return ids_; }
+    /// Returns the arrays of the adjoints. \tparam View  the type of the particles' arrays
+    template <class View>
+    View view() {
+        View view{};
+        constexpr auto built_in = View::built_in();
+        for (std::size_t f = 0; f < built_in.size(); ++f) view.*(built_in[f].member) = span(f);
+        for (std::size_t f = 0; f < view.state.size(); ++f) view.state[f] = span(built_in.size() + f);
+        return view;
+    }
+
+private:
+    BlockedSpan<S> span(std::size_t field) { return {fields_->template numbers<S>(field), fields_->components(field)}; }
+    void clear(std::size_t fields, std::size_t slot) {
+        for (std::size_t f = 0; f < fields; ++f)
+            for (int k = 0; k < fields_->components(f); ++k) fields_->template at<S>(f, slot, k) = 0;
+    }
+
+    std::optional<FieldMemory> fields_;
+    aligned_vector<std::uint32_t> ids_, from_, slot_of_;
+};
+
+}  // namespace firn::inline FIRN_BUILD::detail
