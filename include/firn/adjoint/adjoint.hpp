@@ -8,6 +8,7 @@
 #include <firn/adjoint/gradient.hpp>
 #include <firn/adjoint/grid_update.hpp>
 #include <firn/adjoint/measure.hpp>
+#include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
 #include <firn/simulation.hpp>
 
@@ -54,7 +55,8 @@ struct DerivativeCheck {
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
 /// is made, with a usage_error that names the pass: FBar, VolumeFilter, FMPM, passes of the program; mirrored walls,
-/// moving colliders, loads, forces between particles, sources and sinks.
+/// loads, forces between particles, sources and sinks; a boundary that moves by code of the program which is not a
+/// template over the scalar.
 template <class Simulation>
 class Adjoint {
     static constexpr int D = Simulation::dimension;
@@ -155,6 +157,7 @@ private:
         std::size_t first;  // its first step
         Vec<double, D> gravity;
         Boundary boundary;
+        std::vector<bool> carried;  // which numbers of the boundary motion has changed, and the program has not
         Transfer transfer;
         decltype(detail::listed<typename Simulation::material_type>::type::models) materials;
         std::function<void(double, const Vec<double, D>&)> step;  // takes a step with another gravity
@@ -198,6 +201,7 @@ private:
     void swap_with(Snapshot& from);
     void use(const Interval& interval);
     Interval& interval_of(std::size_t step);
+    void move_boundary_back(std::size_t step, Interval& interval);
     void take_again(std::size_t step, Nodes* keep);
     void keep_nodes();
     template <class Acceleration>
@@ -226,6 +230,7 @@ private:
     std::unique_ptr<Checkpoints<Snapshot>> kept_;
     std::vector<Moment> moments_;  // of each state
     std::vector<double> dts_;      // of each step
+    Boundary left_;                // after the last step
     std::vector<Interval> intervals_;
     std::vector<Measure> measures_;
     std::vector<std::uint32_t> repetitions_;
@@ -240,5 +245,6 @@ private:
 
 }  // namespace firn::inline FIRN_BUILD
 
-#include <firn/adjoint/adjoint-inl.hpp>
+#include <firn/adjoint/back-inl.hpp>
 #include <firn/adjoint/check-inl.hpp>
+#include <firn/adjoint/record-inl.hpp>

@@ -49,7 +49,14 @@ double Adjoint<Simulation>::value_along(const Gradient<Simulation>& direction, d
         });
         detail::shift_numbers(simulation_.transfer, by.transfer, t);
         if (interval.first == step) {
+            // What has moved goes on from where it is now.
+            const std::vector<double> moved = detail::numbers_of(simulation_.boundary);
             simulation_.boundary = interval.boundary;
+            std::size_t k = 0;
+            detail::for_reals(simulation_.boundary, [&](auto& number) {
+                if (interval.carried[k]) number = std::remove_cvref_t<decltype(number)>(moved[k]);
+                ++k;
+            });
             detail::shift_numbers(simulation_.boundary, by.boundary, t);
         }
         interval.step(dts_[step], by.gravity * t);

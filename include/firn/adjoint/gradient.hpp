@@ -32,7 +32,9 @@ struct IntervalGradient {
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< By the acceleration, if it was a vector [per m/s²].
     /// By each number among the parameters() of an acceleration field, in their order, with its name.
     std::vector<std::pair<std::string, double>> acceleration{};
-    /// By each parameter of the boundary, and by the frictions of walls.
+    /// By each parameter of the boundary, and by the frictions of walls. The derivatives by the position and the
+    /// rotation of a collider are those by what they are when the interval begins. They, and those by its velocities,
+    /// count where the collider is in later intervals, too, as long as the program does not set it anew.
     with_scalar_t<Boundary, double> boundary{};
     with_scalar_t<Transfer, double> transfer{};  ///< By each parameter of the transfer.
 };

@@ -170,12 +170,10 @@ struct Collider {
 
     /// Returns the collider at a time dt [s] later, moved and turned by its velocities. For constant velocities the
     /// result is exact, except for rounding in double.
-    Collider advanced(double dt) const
-        requires std::floating_point<S>
-    {
+    Collider advanced(double dt) const {
         Collider later = *this;
-        later.position += linear_velocity * dt;
-        later.rotation = turned(rotation, angular_velocity * dt);
+        later.position += linear_velocity * P(dt);
+        later.rotation = turned(rotation, angular_velocity * P(dt));
         return later;
     }
 

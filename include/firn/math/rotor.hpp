@@ -86,9 +86,9 @@ FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
 
 /// Returns the rotation q followed by the rotation `turn`, as a rotor of unit length.
 /// \param turn  rotation vector [rad]: its length is the angle, its direction is the axis
-template <std::floating_point S, int N>
+template <scalar S, int N>
 Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
-    Vec<S, 3> about{}, part{};  // in 2D both are along z
+    Vec<S, 3> about = Vec<S, 3>::zero(), part = about;  // in 2D both are along z
     if constexpr (N == 2) {
         about[2] = turn;
         part[2] = q[1];
@@ -96,14 +96,15 @@ Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
         about = turn;
         part = axial_part(q);
     }
-    const S angle = norm(about), c = cos(angle / 2);
-    about = about * (angle > 0 ? sin(angle / 2) / angle : S(0.5));
+    const S angle = norm(about), half = angle / S(2), c = cos(half);
+    const auto turns = angle > S(0);
+    about = about * select(turns, sin(half) / select(turns, angle, S(1)), S(0.5));
     const S w = c * q[0] - dot(about, part);
     part = part * c + about * q[0] + cross(about, part);
-    Vec<S, N> product{};
+    Vec<S, N> product = Vec<S, N>::zero();
     product[0] = w;
     for (int i = 1; i < N; ++i) product[i] = part[N == 2 ? 2 : i - 1];
-    return product * (1 / norm(product));
+    return product * (S(1) / norm(product));
 }
 
 /// Returns the counter-clockwise rotation by an angle in 2D, e.g. rotor(degrees(30)).

@@ -24,6 +24,95 @@ Collider<Sphere<double, 2>> ball(Contact contact) {
     return ball;
 }
 
+template <int D>
+using Plank = Collider<Box<double, D>>;
+template <int D>
+Plank<D> moving_plank() {
+    Plank<D> plank;
+    plank.shape.half_extents = Vec<double, D>::filled(0.06);
+    plank.shape.half_extents[0] = 0.1;
+    plank.position = Vec<double, D>::filled(0.12);
+    plank.position[0] = D == 2 ? 0.35 : 0.22;
+    plank.contact = Contact::slip;
+    plank.friction = 0.2;
+    plank.linear_velocity[0] = -1, plank.linear_velocity[1] = 0.3;
+    if constexpr (D == 2) {
+        plank.rotation = rotor(degrees(20));
+        plank.angular_velocity = 3;
+    } else {
+        plank.rotation = rotor({1, 2, 3}, degrees(20));
+        plank.angular_velocity = {1, -2, 3};
+    }
+    return plank;
+}
+/// Numbers of a plank that may be changed one by one. Those of its rotation may not.
+template <int D, class OfPlank, class F>
+void for_motion(OfPlank& plank, const F& f) {
+    for (auto& number : plank.position.v) f(number);
+    for (auto& number : plank.linear_velocity.v) f(number);
+    if constexpr (D == 2)
+        f(plank.angular_velocity);
+    else
+        for (auto& number : plank.angular_velocity.v) f(number);
+    f(plank.friction);
+}
+/// Checks the derivatives by the motion of a plank, of a run that is recorded by three calls. What does not move has a
+/// derivative for each interval; what moves has one by its start.
+/// \param set  sets the plank before the third call;  \param goes_on  whether the plank moves on from where it was
+template <int D, class Boundary, class OfPlank, class Set>
+void check_motion(const Boundary& boundary, const OfPlank& of_plank, bool goes_on, const Set& set) {
+    Run<SimulationWith<D, FixedCorotated<double>, Boundary>> run{jelly, boundary};
+    run.dt = 1e-3;
+    run.boundary_changes = false;
+    const auto take = [&](auto& simulation, const auto& step) {
+        for (int k = 0; k < 6; ++k) {
+            if (k == 4) set(of_plank(simulation.boundary));
+            step(k);
+        }
+    };
+    auto simulation = run.at(0);
+    Adjoint adjoint(simulation);
+    take(simulation, [&](int k) {
+        if (k == 0) adjoint.advance(3e-3);
+        if (k > 2) adjoint.step();
+    });
+    adjoint.measure(decltype(run)::measure);
+    const auto gradient = adjoint.gradient();
+    REQUIRE(adjoint.steps() == 6);
+    std::vector<double> total;
+    for (std::size_t i = 0; i < gradient.intervals.size(); ++i) {
+        std::size_t next = 0;
+        auto of = gradient.intervals[i].boundary;
+        for_motion<D>(of_plank(of), [&](double number) {
+            const bool is_place = next < std::size_t(D);
+            if (i == 0) total.push_back(0);
+            if (i == 0 || !is_place) total[next] += number;
+            ++next;
+        });
+    }
+    const auto value = [&](std::size_t wanted, double change) {
+        auto other = run.at(0);
+        std::size_t next = 0;
+        for_motion<D>(of_plank(other.boundary), [&](double& number) { number += next++ == wanted ? change : 0; });
+        take(other, [&](int) { other.step(); });
+        Adjoint after(other);
+        return after.measure(decltype(run)::measure);
+    };
+    for (std::size_t k = 0; k < total.size(); ++k) {
+        CAPTURE(k);
+        const double h = 1e-6, a = value(k, h) - value(k, -h), b = value(k, 2 * h) - value(k, -2 * h);
+        CHECK(total[k] == Approx((8 * a - b) / (12 * h)).epsilon(1e-6).margin(1e-9));
+        CHECK(std::abs(total[k]) > 1e-4);
+    }
+    // check() moves the plank on from where it is, too.
+    auto direction = gradient.zero();
+    double along = 0.3;
+    for (auto& interval : direction.intervals)
+        for_motion<D>(of_plank(interval.boundary), [&](double& number) { number = 0.1 * (along = -along + 0.01); });
+    const DerivativeCheck check = adjoint.check(gradient, direction, 1e-5);
+    if (goes_on) CHECK(check.gradient == Approx(check.central).epsilon(1e-6));
+}
+
 }  // namespace
 
 TEST_CASE("gradients with walls of every contact", "[adjoint]") {
@@ -52,6 +141,19 @@ TEST_CASE("gradients with colliders beside walls, by the friction of a collider,
         CHECK(got == Approx((at(0.2 + 1e-5) - at(0.2 - 1e-5)) / 2e-5).epsilon(1e-6));
         CHECK(std::abs(got) > 1e-6);
     }
+}
+TEST_CASE("gradients by the motion of a collider", "[adjoint]") {
+    const auto leave = [](auto&) {};
+    const auto second = [](auto& both) -> auto& { return std::get<1>(both.parts); };
+    check_motion<2>(Together(walls_of_run<2>(Contact::slip, 0.2), moving_plank<2>()), second, true, leave);
+    check_motion<3>(Together(walls_of_run<3>(Contact::slip, 0.2), moving_plank<3>()), second, true, leave);
+    BoundaryList<Plank<2>> list;
+    list.all = {moving_plank<2>()};
+    check_motion<2>(list, [](auto& all) -> auto& { return all.all[0]; }, true, leave);
+    // Where the program puts a collider somewhere, what was before does not count.
+    check_motion<2>(
+        list, [](auto& all) -> auto& { return all.all[0]; }, false,
+        [](auto& plank) { plank.position[0] = 0.3, plank.position[1] = 0.1; });
 }
 TEST_CASE("gradients by the friction of walls", "[adjoint]") {
     Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>(Contact::slip, 0.2)};

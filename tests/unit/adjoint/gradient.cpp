@@ -57,12 +57,16 @@ TEST_CASE("a gradient has the same bits for any number of threads and any memory
         Elastic simulation = run.at(0);
         simulation.execution.threads = threads;
         simulation.most_steps_between_sorts = 3;
+        simulation.reactions.emplace();
         Adjoint adjoint(simulation, {.memory = memory});
         adjoint.advance(0.02);
         simulation.gravity[0] = 1;
         adjoint.advance(0.011);
         adjoint.measure(Run<Elastic>::measure);
+        const auto impulse = simulation.reactions->parts.at(0).impulse;
         const auto gradient = adjoint.gradient();
+        CHECK(norm(impulse) > 0);
+        CHECK(simulation.reactions->parts.at(0).impulse == impulse);
         std::vector<double> all{gradient.set().material.mu, gradient.set().material.lambda,
                                 double(adjoint.steps() == 31)};
         for (const auto& interval : gradient.intervals)
@@ -156,6 +160,25 @@ TEST_CASE("check() tells a smooth derivative from a kink", "[adjoint]") {
     CHECK(kink.gradient <= Approx(kink.forward).epsilon(1e-3));
 }
 
+namespace {
+/// A floor that sinks, whose motion is for doubles only.
+template <class S>
+struct Lift {
+    S height;
+    static constexpr const char* name = "lift";
+    static constexpr auto parameters() { return std::tuple{parameter{"height", "m", &Lift::height}}; }
+    Vec<S, 2> velocity(const Vec<S, 2>& x, const Vec<S, 2>& v) const {
+        return select(x[1] < height, Vec<S, 2>::zero(), v);
+    }
+    bool reaches(const Vec<double, 2>&, const Vec<double, 2>&) const { return true; }
+    Lift advanced(double dt) const
+        requires std::same_as<S, double>
+    {
+        return {height - dt};
+    }
+};
+}  // namespace
+
 TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     using test_support::check_refused;
     Elastic simulation = falling();
@@ -185,6 +208,9 @@ TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     Elastic probed = falling();
     probed.add_pass("probe", "g2p", [](auto&, const auto&) {});
     check_refused<usage_error>([&] { Adjoint adjoint(probed); }, "The pass \"probe\"");
+    SimulationWith<2, FixedCorotated<double>, Lift<double>> sinking(Domain<2>({0, 0}, {1, 1}, 1. / 16), jelly,
+                                                                    Lift<double>{0.1});
+    check_refused<usage_error>([&] { Adjoint adjoint(sinking); }, "advanced() is not a template over the scalar");
     Elastic mirrored = falling();
     mirrored.boundary.nodes_behind = NodesBehind::mirrored;
     check_refused<usage_error>([&] { Adjoint adjoint(mirrored); }, "Mirrored walls");

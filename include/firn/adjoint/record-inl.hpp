@@ -1,0 +1,249 @@
+/// \file Bodies of Adjoint: the way forward.
+#pragma once
+
+#include <firn/adjoint/adjoint.hpp>
+
+namespace firn::inline FIRN_BUILD {
+
+template <class Simulation>
+Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& options)
+    : simulation_(simulation), bar_grid_(simulation.domain()), bar_before_(simulation.domain()) {
+    refuse_what_has_no_way_back();
+    simulation_.prepare();
+    moments_.push_back(simulation_.now_);
+    std::size_t bytes = 0;
+    for (const SetOf<S, D>& set : simulation_.sets_)
+        bytes += set.store().bytes() + set.partition.order.size() * sizeof(std::uint32_t) +
+                 set.partition.ranges.size() * sizeof(BlockRange<D>) + set.partition.groups.size() * sizeof(BlockGroup);
+    // Room for the nodes of the step, with a quarter more, because matter may spread.
+    room_for_nodes_ =
+        simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width) * sizeof(S) * (blended ? 10 : 5) / 4;
+    bytes += room_for_nodes_;
+    const std::size_t most = options.memory / std::max<std::size_t>(bytes, 1);
+    if (most < 3)
+        throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
+                                       " are granted; give the adjoint memory for three at least: two checkpoints, and "
+                                       "the state at the end."));
+    kept_ = std::make_unique<Checkpoints<Snapshot>>(std::min<std::size_t>(most - 1, 1 << 20));
+    kept_->keep(0, [&](Snapshot& to) { store(to); });
+    bars_.resize(simulation_.sets_.size());
+    left_ = simulation_.boundary;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
+    for (const Pass<S, D>& pass : simulation_.passes()) {
+        constexpr std::string_view known[] = {
+            "sort", "push", "p2g", "grid update", "g2p", "end g2p", "sinks and sources"};
+        if (std::ranges::find(known, pass.name) == std::end(known))
+            throw usage_error(sentence("The pass \"", pass.name,
+                                       "\" of this simulation has no way back, so there are no derivatives through "
+                                       "it. Choose another policy, or leave the pass out."));
+    }
+    for (const SetOf<S, D>& set : simulation_.sets())
+        if (set.loads || set.forces || !set.sources.empty() || !set.sinks.empty())
+            throw usage_error(
+                "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
+                "are no derivatives through them.");
+    if (!mirrors_of<Kernel>(simulation_.boundary, simulation_.domain()).planes.empty())
+        throw usage_error(
+            "Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
+            "nodes behind them, NodesBehind::held.");
+    if (const char* const why = detail::no_motion_back<S>(simulation_.boundary))
+        throw usage_error(
+            sentence("A collider of this simulation has no way back, so there are no derivatives through "
+                     "it: ",
+                     why, "."));
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::store(Snapshot& to) const {
+    to.sets.resize(simulation_.sets_.size());
+    auto& simulation = const_cast<Simulation&>(simulation_);
+    simulation.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        if (to.sets[k])
+            static_cast<Set&>(*to.sets[k]) = set;
+        else
+            to.sets[k] = set.copy();
+    });
+    to.now = simulation_.now_;
+    to.boundary = simulation_.boundary;
+    to.nodes.are_kept = false;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::restore(const Snapshot& from) {
+    simulation_.for_materials(
+        [&]<class Set>(Set& set, std::size_t k) { set = static_cast<const Set&>(*from.sets[k]); });
+    simulation_.now_ = from.now;
+    simulation_.boundary = from.boundary;
+    simulation_.activate();
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::swap_with(Snapshot& from) {
+    simulation_.for_materials(
+        [&]<class Set>(Set& set, std::size_t k) { std::swap(set, static_cast<Set&>(*from.sets[k])); });
+    std::swap(nodes_, from.nodes);
+    simulation_.now_ = from.now;
+    simulation_.boundary = from.boundary;
+    simulation_.activate();
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::require_as_left() const {
+    const Moment& last = moments_.back();
+    bool is_as_left = simulation_.now_ == last;
+    for (const SetOf<S, D>& set : simulation_.sets_) is_as_left = is_as_left && set.readiness.is(Readiness::prepared);
+    if (!is_as_left)
+        throw usage_error(sentence("The simulation was advanced, or its particles were changed, after step ",
+                                   last.steps,
+                                   " without the adjoint, which cannot go back through that. Take steps "
+                                   "with the adjoint's advance() and step(), and change particles before it is made."));
+}
+
+template <class Simulation>
+template <class Acceleration, class Take>
+void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
+    require_as_left();
+    refuse_what_has_no_way_back();
+    begin_interval(detail::own_acceleration<D>(acceleration));
+    // A last pass of each step records it.
+    struct Recording {
+        Simulation& simulation;
+        PassList<S, D> passes;
+        ~Recording() { simulation.passes_ = std::move(passes); }
+    } recording{simulation_, simulation_.passes_};
+    simulation_.add_pass("record", "sinks and sources", [this](Simulation&, const StepNow<S, D>& now) {
+        dts_.push_back(now.dt);
+        moments_.push_back(simulation_.now_);
+        repetitions_.push_back(0);
+        kept_->keep(steps(), [&](Snapshot& to) { store(to); });
+    });
+    take();
+    moments_.back() = simulation_.now_;  // advance() ends at its very end
+    left_ = simulation_.boundary;
+}
+
+template <class Simulation>
+template <class Acceleration>
+void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
+    Interval next{};
+    next.first = steps();
+    next.gravity = simulation_.gravity;
+    next.boundary = simulation_.boundary;
+    next.carried = detail::TracedMotion(left_, 1).changed();
+    const std::vector<double> before = detail::numbers_of(left_), now = detail::numbers_of(next.boundary);
+    next.carried.resize(now.size());
+    for (std::size_t k = 0; k < now.size(); ++k)
+        next.carried[k] = next.carried[k] && k < before.size() && before[k] == now[k];
+    next.transfer = simulation_.transfer;
+    next.is_uniform = detail::is_uniform<Acceleration>;
+    unroll<int(Simulation::material_count)>(
+        [&](auto i) { std::get<i>(next.materials) = simulation_.template set_at<i>().material; });
+    next.step = [this, acceleration](double dt, [[maybe_unused]] const Vec<double, D>& more) {
+        if constexpr (detail::is_uniform<Acceleration>)
+            simulation_.step_by(dt, acceleration + cast<std::remove_cvref_t<decltype(acceleration.v[0])>>(more));
+        else
+            simulation_.step_by(dt, acceleration);
+    };
+    next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
+    for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
+        if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
+            for (int a = 0; a < D; ++a) next.names.push_back(sentence(name, "[", a, "]"));
+        else
+            next.names.push_back(name);
+    });
+    intervals_.push_back(std::move(next));
+}
+
+template <class Simulation>
+template <std::size_t I, class Add>
+void Adjoint<Simulation>::add_measure(const Add& add, std::function<double()> value) {
+    const auto go = [this, add] {
+        auto& set = simulation_.template set_at<I>();
+        add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]));
+    };
+    measures_.push_back({steps(), go, std::move(value)});
+}
+
+template <class Simulation>
+template <std::size_t I, class Function>
+double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
+    require_as_left();
+    auto& own = simulation_.template set_at<I>();
+    using Material = std::remove_cvref_t<decltype(own.material)>;
+    if (body) own.check_body(*body);
+    const Body whole = body ? *body : Body{0, own.particles.next_id()};
+    const auto counts = [whole](const auto& particles, std::size_t slot) {
+        return particles.is_particle(slot) && whole.holds(particles.id(slot));
+    };
+    using Plain = material_state_t<with_scalar_t<Material, double>, D>;
+    const auto value = [this, f, counts] {
+        const auto& particles = simulation_.template set_at<I>().particles;
+        double sum = 0;
+        for (const std::uint32_t slot : slots_by_id(particles, 1))
+            if (counts(particles, slot))
+                sum += double(f(detail::measured<double, D, Plain>(particles, slot, [](double x) { return x; })));
+        return sum;
+    };
+    add_measure<I>(
+        [this, f, counts](const auto& particles, const auto& bar) {
+            using Number = traced<double>;
+            using State = material_state_t<with_scalar_t<Material, Number>, D>;
+            const double h = simulation_.domain().cell_size;
+            detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+                Tape<double>& tape = Tape<double>::mine();
+                for (std::size_t slot = first; slot < last; ++slot) {
+                    if (!counts(particles, slot)) continue;
+                    tape.cut(1);
+                    std::vector<Number> numbers;
+                    const Number result = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
+                        numbers.push_back(Number::input(x));
+                        return numbers.back();
+                    }));
+                    tape.begin();
+                    detail::seed(result, 1.0);
+                    tape.back();
+                    std::size_t next = 0;
+                    const auto add = [&](const BlockedSpan<S>& field, double scale) {
+                        for (int k = 0; k < field.components; ++k)
+                            *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
+                    };
+                    add(bar.position, h);
+                    add(bar.velocity, 1);
+                    add(bar.mass, 1);
+                    add(bar.volume, 1);
+                    for (const BlockedSpan<S>& field : bar.state) add(field, 1);
+                }
+            });
+        },
+        value);
+    return value();
+}
+
+template <class Simulation>
+template <std::size_t I>
+void Adjoint<Simulation>::measure_own(std::vector<Vec<double, D>> by_position,
+                                      std::vector<Vec<double, D>> by_velocity) {
+    require_as_left();
+    const std::size_t ids = simulation_.template set_at<I>().particles.next_id();
+    for (const auto* list : {&by_position, &by_velocity})
+        if (!list->empty() && list->size() != ids)
+            throw parameter_error(sentence("A measure has derivatives for ", list->size(), " particles; there are ",
+                                           ids, " ids of this material. Give one for each id, or none."));
+    add_measure<I>([this, by_position = std::move(by_position), by_velocity = std::move(by_velocity)](
+                       const auto& particles, const auto& bar) {
+        const double h = simulation_.domain().cell_size;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const std::uint32_t id = particles.id(slot);
+            for (int a = 0; a < D; ++a) {
+                if (!by_position.empty()) *bar.position.at(slot, a) += S(by_position[id][a] * h);
+                if (!by_velocity.empty()) *bar.velocity.at(slot, a) += S(by_velocity[id][a]);
+            }
+        }
+    });
+}
+
+}  // namespace firn::inline FIRN_BUILD
