@@ -47,7 +47,7 @@ struct DerivativeCheck {
 /// The gradient is that of the steps that were taken: their sizes dt are held. Where a step has chosen a branch (matter
 /// yields, or leaves a wall), it is the derivative of that branch.
 ///
-/// Between two calls the program may change gravity, the boundary, the transfer and materials; each call begins an
+/// Between two calls the program may change gravity, the boundary and the transfer; each call begins an
 /// interval. It must not change particles.
 ///
 /// The way back needs the states before all steps. As many as fit into the memory are kept, and from them the steps

@@ -1,0 +1,83 @@
+// quick: no
+// sanitized: no
+/// \file Gradients of a run of two materials that touch, by what each had at the start, against difference quotients.
+#include "support/derivatives.hpp"
+
+using namespace derivatives;
+
+namespace several_gradient_tests {
+namespace {
+
+using Two = SimulationWith<2, Materials<FixedCorotated<double>, Sand<double>>>;
+
+/// What may change.
+struct Start {
+    double mu = jelly.mu, lambda = jelly.lambda, sand_mu = 4e4, friction_angle = 0.5, velocity = -1, sand_velocity = 1;
+};
+
+/// Two blocks side by side, each of which runs into the other.
+Two made(const Start& start) {
+    auto sand = Sand<double>::from_properties({.young = 1e5});
+    sand.mu = start.sand_mu;
+    sand.friction_angle = start.friction_angle;
+    Two simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16), Materials{FixedCorotated<double>{start.mu, start.lambda}, sand},
+                   {}, walls_of_run<2>());
+    simulation.fixed_time_step = 1e-3;
+    simulation.warn = {};
+    const SamplingOptions options{.spacing = 1. / 32, .pattern = Pattern::lattice};
+    simulation.set<0>().add(sample_box(Vec<double, 2>{0.43, 0.2}, Vec<double, 2>{0.6, 0.4}, options), 1000,
+                            {start.velocity, 0.1});
+    simulation.set<1>().add(sample_box(Vec<double, 2>{0.2, 0.22}, Vec<double, 2>{0.4, 0.42}, options), 1500,
+                            {start.sand_velocity, 0});
+    return simulation;
+}
+/// The kinetic energy of the sand and how wide the jelly lies.
+constexpr auto energy = [](const auto& p) { return p.mass * dot(p.velocity, p.velocity); };
+constexpr auto width = [](const auto& p) { return p.position[0] * p.position[0]; };
+
+double value(const Start& start) {
+    Two simulation = made(start);
+    simulation.advance(8e-3);
+    Adjoint after(simulation);
+    return after.measure<1>(energy) + after.measure<0>(width);
+}
+
+}  // namespace
+
+TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
+    const Start start;
+    Two simulation = made(start);
+    Adjoint adjoint(simulation);
+    adjoint.advance(8e-3);
+    adjoint.measure<1>(energy);
+    adjoint.measure<0>(width);
+    const auto gradient = adjoint.gradient();
+    double velocity = 0, sand_velocity = 0;
+    for (const auto& v : gradient.set<0>().velocity) velocity += v[0];
+    for (const auto& v : gradient.set<1>().velocity) sand_velocity += v[0];
+    const std::tuple<double Start::*, double, const char*> all[] = {
+        {&Start::mu, gradient.set<0>().material.mu, "mu"},
+        {&Start::lambda, gradient.set<0>().material.lambda, "lambda"},
+        {&Start::sand_mu, gradient.set<1>().material.mu, "mu of sand"},
+        {&Start::friction_angle, gradient.set<1>().material.friction_angle, "friction angle of sand"},
+        {&Start::velocity, velocity, "velocity of the jelly"},
+        {&Start::sand_velocity, sand_velocity, "velocity of the sand"}};
+    for (const auto& [number, got, name] : all) {
+        CAPTURE(name);
+        const auto at = [&, number = number](double t) {
+            Start other = start;
+            other.*number += t;
+            return value(other);
+        };
+        double least = std::numeric_limits<double>::infinity();
+        for (const double relative : {1e-4, 1e-5, 1e-6}) {
+            const double h = relative * std::abs(start.*number);
+            const double wanted = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+            least = std::min(least, std::abs(got - wanted) / std::abs(wanted));
+        }
+        CHECK(got != 0);
+        CHECK(least < 1e-6);
+    }
+}
+
+}  // namespace several_gradient_tests
