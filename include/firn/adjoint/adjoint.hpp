@@ -96,12 +96,23 @@ public:
     template <std::size_t I = 0, class Function>
     double measure(const Function& f, const Body* body = nullptr);
 
+    /// Measures after every step from now on: adds Σ f(particle) each time. For an integral over time, let f contain
+    /// the size of a step. \see measured
+    /// \param f, body  as of measure()
+    /// \throws usage_error      if the simulation was advanced or changed without the adjoint
+    /// \throws parameter_error  if `body` is not one of the bodies of material I
+    template <std::size_t I = 0, class Function>
+    void measure_steps(const Function& f, const Body* body = nullptr);
+
     /// Adds a measure that the program has computed itself from the present particles of material I, by its
     /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids.
     /// \throws usage_error      if the simulation was advanced or changed without the adjoint
     /// \throws parameter_error  if a list has neither 0 entries nor one for each id
     template <std::size_t I = 0>
     void measure_own(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
+
+    /// Returns the sum of all measures so far, except those of measure_own(), whose values are not known.
+    double measured() const { return measured_; }
 
     /// Returns the gradient of the sum of all measures. The simulation is as before the call.
     /// \throws usage_error     if nothing was measured
@@ -221,7 +232,11 @@ private:
         return bars.template view<decltype(std::declval<Set&>().particles.view())>();
     }
     template <std::size_t I, class Add>
-    void add_measure(const Add& add, std::function<double()> value = {});
+    auto adding(const Add& add);
+    /// Returns a measure of the particles of a body. \see measure
+    template <std::size_t I, class Function>
+    Measure measure_of(const Function& f, const Body* body);
+    void add_measure(Measure measure);
     double value_along(const Gradient<Simulation>& direction, double t, std::vector<BlockCoordinate<D>>& cells);
     void shift_start(const Gradient<Simulation>& direction, double t);
     void write(Gradient<Simulation>& gradient);
@@ -232,7 +247,8 @@ private:
     std::vector<double> dts_;      // of each step
     Boundary left_;                // after the last step
     std::vector<Interval> intervals_;
-    std::vector<Measure> measures_;
+    std::vector<Measure> measures_, each_step_;
+    double measured_ = 0;
     std::vector<std::uint32_t> repetitions_;
     std::vector<Bars> bars_;
     std::vector<std::vector<double>> of_material_;

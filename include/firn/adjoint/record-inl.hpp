@@ -119,6 +119,7 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
         moments_.push_back(simulation_.now_);
         repetitions_.push_back(0);
         kept_->keep(steps(), [&](Snapshot& to) { store(to); });
+        for (const Measure& measure : each_step_) add_measure(measure);
     });
     take();
     moments_.back() = simulation_.now_;  // advance() ends at its very end
@@ -159,17 +160,39 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
 
 template <class Simulation>
 template <std::size_t I, class Add>
-void Adjoint<Simulation>::add_measure(const Add& add, std::function<double()> value) {
-    const auto go = [this, add] {
+auto Adjoint<Simulation>::adding(const Add& add) {
+    return [this, add] {
         auto& set = simulation_.template set_at<I>();
         add(set.particles, bars_of<std::remove_cvref_t<decltype(set)>>(bars_[I]));
     };
-    measures_.push_back({steps(), go, std::move(value)});
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::add_measure(Measure measure) {
+    measure.state = steps();
+    if (measure.value) measured_ += measure.value();
+    measures_.push_back(std::move(measure));
 }
 
 template <class Simulation>
 template <std::size_t I, class Function>
 double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
+    const double before = std::exchange(measured_, 0);
+    add_measure(measure_of<I>(f, body));
+    const double now = measured_;
+    measured_ += before;
+    return now;
+}
+
+template <class Simulation>
+template <std::size_t I, class Function>
+void Adjoint<Simulation>::measure_steps(const Function& f, const Body* body) {
+    each_step_.push_back(measure_of<I>(f, body));
+}
+
+template <class Simulation>
+template <std::size_t I, class Function>
+auto Adjoint<Simulation>::measure_of(const Function& f, const Body* body) -> Measure {
     require_as_left();
     auto& own = simulation_.template set_at<I>();
     using Material = std::remove_cvref_t<decltype(own.material)>;
@@ -187,39 +210,38 @@ double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
                 sum += double(f(detail::measured<double, D, Plain>(particles, slot, [](double x) { return x; })));
         return sum;
     };
-    add_measure<I>(
-        [this, f, counts](const auto& particles, const auto& bar) {
-            using Number = traced<double>;
-            using State = material_state_t<with_scalar_t<Material, Number>, D>;
-            const double h = simulation_.domain().cell_size;
-            detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
-                Tape<double>& tape = Tape<double>::mine();
-                for (std::size_t slot = first; slot < last; ++slot) {
-                    if (!counts(particles, slot)) continue;
-                    tape.cut(1);
-                    std::vector<Number> numbers;
-                    const Number result = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
-                        numbers.push_back(Number::input(x));
-                        return numbers.back();
-                    }));
-                    tape.begin();
-                    detail::seed(result, 1.0);
-                    tape.back();
-                    std::size_t next = 0;
-                    const auto add = [&](const BlockedSpan<S>& field, double scale) {
-                        for (int k = 0; k < field.components; ++k)
-                            *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
-                    };
-                    add(bar.position, h);
-                    add(bar.velocity, 1);
-                    add(bar.mass, 1);
-                    add(bar.volume, 1);
-                    for (const BlockedSpan<S>& field : bar.state) add(field, 1);
-                }
-            });
-        },
-        value);
-    return value();
+    const auto to_bars = adding<I>([this, f, counts](const auto& particles, const auto& bar) {
+        using Number = traced<double>;
+        using State = material_state_t<with_scalar_t<Material, Number>, D>;
+        const double h = simulation_.domain().cell_size;
+        detail::for_chunks(particles.slots(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
+            Tape<double>& tape = Tape<double>::mine();
+            std::vector<Number> numbers;
+            for (std::size_t slot = first; slot < last; ++slot) {
+                if (!counts(particles, slot)) continue;
+                tape.cut(1);
+                numbers.clear();
+                const Number result = f(detail::measured<Number, D, State>(particles, slot, [&](double x) {
+                    numbers.push_back(Number::input(x));
+                    return numbers.back();
+                }));
+                tape.begin();
+                detail::seed(result, 1.0);
+                tape.back();
+                std::size_t next = 0;
+                const auto add = [&](const BlockedSpan<S>& field, double scale) {
+                    for (int k = 0; k < field.components; ++k)
+                        *field.at(slot, k) += S(scale * detail::adjoint_of(numbers[next++]));
+                };
+                add(bar.position, h);
+                add(bar.velocity, 1);
+                add(bar.mass, 1);
+                add(bar.volume, 1);
+                for (const BlockedSpan<S>& field : bar.state) add(field, 1);
+            }
+        });
+    });
+    return {steps(), to_bars, value};
 }
 
 template <class Simulation>
@@ -232,18 +254,20 @@ void Adjoint<Simulation>::measure_own(std::vector<Vec<double, D>> by_position,
         if (!list->empty() && list->size() != ids)
             throw parameter_error(sentence("A measure has derivatives for ", list->size(), " particles; there are ",
                                            ids, " ids of this material. Give one for each id, or none."));
-    add_measure<I>([this, by_position = std::move(by_position), by_velocity = std::move(by_velocity)](
-                       const auto& particles, const auto& bar) {
-        const double h = simulation_.domain().cell_size;
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot)) continue;
-            const std::uint32_t id = particles.id(slot);
-            for (int a = 0; a < D; ++a) {
-                if (!by_position.empty()) *bar.position.at(slot, a) += S(by_position[id][a] * h);
-                if (!by_velocity.empty()) *bar.velocity.at(slot, a) += S(by_velocity[id][a]);
-            }
-        }
-    });
+    add_measure({steps(),
+                 adding<I>([this, by_position = std::move(by_position), by_velocity = std::move(by_velocity)](
+                               const auto& particles, const auto& bar) {
+                     const double h = simulation_.domain().cell_size;
+                     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+                         if (!particles.is_particle(slot)) continue;
+                         const std::uint32_t id = particles.id(slot);
+                         for (int a = 0; a < D; ++a) {
+                             if (!by_position.empty()) *bar.position.at(slot, a) += S(by_position[id][a] * h);
+                             if (!by_velocity.empty()) *bar.velocity.at(slot, a) += S(by_velocity[id][a]);
+                         }
+                     }
+                 }),
+                 {}});
 }
 
 }  // namespace firn::inline FIRN_BUILD

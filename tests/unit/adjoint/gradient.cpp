@@ -81,6 +81,33 @@ TEST_CASE("a gradient has the same bits for any number of threads and any memory
     for (const std::size_t memory : {300'000, 400'000, 1'500'000}) CHECK(of(2, memory) == one);
 }
 
+TEST_CASE("measuring after every step is measuring after each call of step()", "[adjoint]") {
+    const auto half = [](const auto& p) { return 0.5 * double(p.id % 2) * p.position[1] * p.velocity[0]; };
+    const auto run = [&](bool by_steps) {
+        Run<Elastic> made = run_of_jelly();
+        made.steps = 7;
+        Elastic simulation = made.at(0);
+        const Body body = simulation.bodies().front();
+        Adjoint adjoint(simulation);
+        double sum = adjoint.measure(half, &body);
+        if (by_steps) {
+            adjoint.measure_steps(half, &body);
+            adjoint.advance(7e-3);
+        } else {
+            for (int k = 0; k < 7; ++k) adjoint.step(), sum += adjoint.measure(half, &body);
+            CHECK(sum == adjoint.measured());
+        }
+        const auto gradient = adjoint.gradient();
+        std::vector<double> all{adjoint.measured(), gradient.set().material.mu};
+        for (const auto& x : gradient.set().position) all.insert(all.end(), {x[0], x[1]});
+        return all;
+    };
+    const std::vector<double> at_once = run(true), one_by_one = run(false);
+    REQUIRE(at_once.size() == one_by_one.size());
+    for (std::size_t k = 0; k < at_once.size(); ++k) CHECK(at_once[k] == Approx(one_by_one[k]).epsilon(1e-12));
+    CHECK(at_once[1] != 0);
+}
+
 TEST_CASE("a program's own measure, between calls and at the end", "[adjoint]") {
     // L = Σ x at 10 steps + ½ Σ v² at 20, by its derivatives, against the same by functions.
     const auto run = [](bool own) {
