@@ -7,6 +7,7 @@
 #include <firn/adjoint/g2p.hpp>
 #include <firn/adjoint/gradient.hpp>
 #include <firn/adjoint/grid_update.hpp>
+#include <firn/adjoint/jumps.hpp>
 #include <firn/adjoint/measure.hpp>
 #include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
@@ -46,6 +47,13 @@ struct DerivativeCheck {
 ///
 /// The gradient is that of the steps that were taken: their sizes dt are held. Where a step has chosen a branch (matter
 /// yields, or leaves a wall), it is the derivative of that branch.
+///
+/// A gradient does not see a jump. With MLS forces a step is smooth where a particle changes its cell: once
+/// differentiable with the quadratic B-spline, twice with the cubic one. With weight gradients it has a kink at edges
+/// of matter (cubic B-spline, compact quartic) or jumps there (quadratic B-spline). It jumps with Linear at every
+/// crossing, and with ASFLIP where the divergence changes its sign: of these the program is warned. The layer of a
+/// collider takes and leaves nodes in jumps, and a particle that is kept inside the domain has the derivative 0.
+/// \see check
 ///
 /// Between two calls the program may change gravity, the boundary and the transfer; each call begins an
 /// interval. It must not change particles.

@@ -28,6 +28,10 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
     kept_->keep(0, [&](Snapshot& to) { store(to); });
     bars_.resize(simulation_.sets_.size());
     left_ = simulation_.boundary;
+    if (const char* const where = detail::jump_of_policies<Kernel, Transfer, Force>(); where && simulation_.warn)
+        simulation_.warn(
+            sentence("Steps of this simulation jump ", where,
+                     ". A gradient does not see a jump: compare it with differences, by Adjoint::check()."));
 }
 
 template <class Simulation>

@@ -187,6 +187,27 @@ TEST_CASE("check() tells a smooth derivative from a kink", "[adjoint]") {
     CHECK(kink.gradient <= Approx(kink.forward).epsilon(1e-3));
 }
 
+TEST_CASE("an adjoint warns once of policies that jump", "[adjoint]") {
+    const auto warnings = []<class... Policies>(const Policies&... policies) {
+        std::vector<std::string> said;
+        Simulation simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16), jelly, policies...);
+        simulation.add(sample_box(Vec<double, 2>{0.4, 0.4}, Vec<double, 2>{0.6, 0.6}, {.spacing = 1. / 32}), 1000);
+        simulation.warn = [&](const std::string& text) { said.push_back(text); };
+        Adjoint adjoint(simulation);
+        adjoint.advance(1e-3);
+        return said;
+    };
+    CHECK(warnings().empty());
+    CHECK(warnings(CubicBSpline{}, WeightGradientForce{}).empty());
+    const auto check = [](const std::vector<std::string>& said, const char* text) {
+        REQUIRE(said.size() == 1);
+        CHECK(said[0].find(text) != std::string::npos);
+    };
+    check(warnings(Linear{}, WeightGradientForce{}), "the kernel Linear");
+    check(warnings(WeightGradientForce{}), "the first that reaches a node");
+    check(warnings(Asflip<double>{}), "with ASFLIP");
+}
+
 namespace {
 /// A floor that sinks, whose motion is for doubles only.
 template <class S>
