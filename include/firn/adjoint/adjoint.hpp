@@ -131,8 +131,7 @@ public:
     /// derivative changed by ±h times the direction. If the forward and the backward difference disagree while the
     /// central one does not settle for smaller h, there is a kink or a jump. The simulation is as before the call.
     /// \param gradient   what gradient() has returned
-    /// \param direction  of the same kind: for each number, how it changes, in its own unit; gradient.zero() is none.
-    ///                   Parameters of acceleration fields are not changed
+    /// \param direction  of the same kind: for each number, how it changes, in its own unit; gradient.zero() is none
     /// \throws usage_error  if something was measured by measure_own(): its values are not known
     DerivativeCheck check(const Gradient<Simulation>& gradient, const Gradient<Simulation>& direction, double h);
 
@@ -179,7 +178,8 @@ private:
         std::vector<bool> carried;  // which numbers of the boundary motion has changed, and the program has not
         Transfer transfer;
         decltype(detail::listed<typename Simulation::material_type>::type::models) materials;
-        std::function<void(double, const Vec<double, D>&)> step;  // takes a step with another gravity
+        // Takes a step of dt [s], with the acceleration changed by t times a direction.
+        std::function<void(double dt, const typename Gradient<Simulation>::OfInterval* direction, double t)> step;
         std::function<void(double, Interval&)> back;
         std::vector<double> of_acceleration, of_boundary, of_transfer;
         std::vector<std::string> names;

@@ -25,7 +25,7 @@ void Adjoint<Simulation>::take_again(std::size_t step, Nodes* keep) {
     use(interval);
     if (interval.first == step) simulation_.boundary = interval.boundary;
     keep_ = keep;
-    interval.step(dts_[step], Vec<double, D>::zero());
+    interval.step(dts_[step], nullptr, 0);
     keep_ = nullptr;
     if (keep) keep->are_kept = !keep->momenta.empty();
     simulation_.now_ = moments_[step + 1];

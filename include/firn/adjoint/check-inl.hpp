@@ -59,7 +59,7 @@ double Adjoint<Simulation>::value_along(const Gradient<Simulation>& direction, d
             });
             detail::shift_numbers(simulation_.boundary, by.boundary, t);
         }
-        interval.step(dts_[step], by.gravity * t);
+        interval.step(dts_[step], &by, t);
         simulation_.now_ = moments_[step + 1];
         measure_at(step + 1);
     }

@@ -70,6 +70,7 @@ void for_gradient(Any& gradient, const F& f) {
         gradient.sets);
     for (auto& interval : gradient.intervals) {
         for (auto& number : interval.gravity.v) f(number);
+        for (auto& parameter : interval.acceleration) f(parameter.second);
         for_reals(interval.boundary, f);
         for_reals(interval.transfer, f);
     }
@@ -81,11 +82,13 @@ void for_gradient(Any& gradient, const F& f) {
 template <class Simulation>
 struct Gradient {
     static constexpr int D = Simulation::dimension;  ///< The dimension: 2 or 3.
+    /// The derivatives by what was set for an interval.
+    using OfInterval = IntervalGradient<D, decltype(Simulation::boundary), decltype(Simulation::transfer)>;
 
     /// For each material: the derivatives by what its particles had at the start, and by its parameters.
     typename detail::set_gradients<D, typename detail::listed<typename Simulation::material_type>::type>::type sets{};
     /// For each interval of time: the derivatives by what was set for it.
-    std::vector<IntervalGradient<D, decltype(Simulation::boundary), decltype(Simulation::transfer)>> intervals{};
+    std::vector<OfInterval> intervals{};
     /// For each state, from the start to the end: the norms of the adjoints of all positions [per m] and velocities
     /// [per m/s]. If they grow from the end to the start by orders of magnitude, the run is chaotic, and the gradient
     /// says little about changes that are not very small.
@@ -98,7 +101,7 @@ struct Gradient {
         return none;
     }
     /// Returns the derivative along a direction: the sum of the products of all numbers, as far as they have a
-    /// derivative. Parameters of acceleration fields do not count.
+    /// derivative.
     double along(const Gradient& direction) const {
         std::vector<double> by;
         detail::for_gradient(direction, [&](const auto& number) { by.push_back(double(number)); });

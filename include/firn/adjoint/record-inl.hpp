@@ -146,11 +146,18 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
     next.is_uniform = detail::is_uniform<Acceleration>;
     unroll<int(Simulation::material_count)>(
         [&](auto i) { std::get<i>(next.materials) = simulation_.template set_at<i>().material; });
-    next.step = [this, acceleration](double dt, [[maybe_unused]] const Vec<double, D>& more) {
-        if constexpr (detail::is_uniform<Acceleration>)
-            simulation_.step_by(dt, acceleration + cast<std::remove_cvref_t<decltype(acceleration.v[0])>>(more));
-        else
-            simulation_.step_by(dt, acceleration);
+    next.step = [this, acceleration](double dt, const auto* direction, double t) {
+        auto now = acceleration;
+        if (direction) {
+            std::size_t k = 0;
+            if constexpr (detail::is_uniform<Acceleration>)
+                for (auto& number : now.v) number += std::remove_cvref_t<decltype(number)>(t * direction->gravity[k++]);
+            else
+                detail::for_reals(now, [&](auto& number) {
+                    number += std::remove_cvref_t<decltype(number)>(t * direction->acceleration.at(k++).second);
+                });
+        }
+        simulation_.step_by(dt, now);
     };
     next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
     for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {

@@ -1,6 +1,7 @@
 // quick: no
 // sanitized: no
-/// \file Gradients of a run of two materials that touch, by what each had at the start, against difference quotients.
+/// \file Gradients of a run of two materials that touch, by what each had at the start, and by the parameters of
+/// acceleration fields, against difference quotients.
 #include "support/derivatives.hpp"
 
 using namespace derivatives;
@@ -77,6 +78,48 @@ TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
         }
         CHECK(got != 0);
         CHECK(least < 1e-6);
+    }
+}
+
+TEST_CASE("gradients by the parameters of an acceleration field, in each interval", "[adjoint]") {
+    using Field = Damped<double, 2, Attraction>;
+    const Attraction<double, 2> pull{
+        .gravity = {1, -9.81}, .centre = {0.3, 0.4}, .direction = {}, .radius = 0.4, .strength = 300};
+    const std::array<Field, 2> fields{Field{pull, 20}, Field{pull, 5}};
+    Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>()};
+    run.dt = 1e-3;
+    run.boundary_changes = false;
+    auto simulation = run.at(0);
+    Adjoint adjoint(simulation);
+    adjoint.advance(3e-3, fields[0]);
+    adjoint.advance(2e-3, fields[1]);
+    adjoint.measure(decltype(run)::measure);
+    const auto gradient = adjoint.gradient();
+    for (std::size_t interval = 0; interval < 2; ++interval) {
+        const auto& all = gradient.intervals.at(interval).acceleration;
+        REQUIRE(all.size() == 9);
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            CAPTURE(interval, all[k].first);
+            if (all[k].first.find("direction") != std::string::npos) continue;  // of length 0 or 1
+            auto direction = gradient.zero();
+            direction.intervals[interval].acceleration[k].second = 1;
+            const auto value = [&](double t) {
+                auto changed = fields;
+                std::size_t next = 0;
+                firn::detail::for_reals(changed[interval], [&](double& number) { number += next++ == k ? t : 0; });
+                auto other = run.at(0);
+                other.advance(3e-3, changed[0]);
+                other.advance(2e-3, changed[1]);
+                Adjoint after(other);
+                return after.measure(decltype(run)::measure);
+            };
+            const double h = 1e-4, wanted = (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h);
+            CHECK(all[k].second == Approx(wanted).epsilon(1e-6));
+            CHECK(all[k].second != 0);
+            const DerivativeCheck check = adjoint.check(gradient, direction, h);
+            CHECK(check.gradient == all[k].second);
+            CHECK(check.central == Approx(wanted).epsilon(1e-5));
+        }
     }
 }
 
