@@ -1,9 +1,9 @@
 //! # Derivatives of a run
 //!
-//! Which modulus explains this film? Which throw lands in the basket? A `firn::Adjoint` takes the steps of a simulation,
-//! and goes back through them: it returns the derivatives of one number that the program measures, by all that the
-//! program has set, for the price of a few runs. The header is `firn/adjoint.hpp`; programs that do not include it pay
-//! nothing for it.
+//! Which modulus explains this film? Which throw lands in the basket? A `firn::Adjoint` takes the steps of a
+//! simulation, and goes back through them: it returns the derivatives of one number that the program measures, by all
+//! that the program has set, for the price of a few runs. The header is `firn/adjoint.hpp`; programs that do not
+//! include it pay nothing for it.
 //!
 //! In the scene of this page, a block of jelly falls on a floor. Its Young's modulus is to be found from
 //! where its particles are soon after it has hit the floor.
@@ -46,12 +46,15 @@ struct Distance {
 //!
 //! The steps are taken with the adjoint's `advance()` and `step()` in place of the simulation's. `measure(f)` adds the
 //! sum of `f` over the present particles to what is differentiated; `f` is a template over the scalar, like a material.
-//! It may be called at several times. A program with a loss function of its own calls `measure_own()` with the
-//! derivatives by positions and velocities. `gradient()` goes back; afterwards the simulation is as before.
+//! It may be called at several times; `measure_steps(f)` adds it after every step. A program with a loss function of
+//! its own calls `measure_own()` with the derivatives by positions and velocities. `gradient()` goes back; afterwards
+//! the simulation is as before.
 //!
 //! The gradient has the names of what was set: `gradient.set().position[id]`, `velocity`, `affine`, `mass`, `volume`,
 //! `state` of each particle; `gradient.set().material.mu` for all particles; `gradient.intervals[k].gravity`,
-//! `boundary`, `transfer` for each call of `advance()` or `step()`. So actuation in many intervals is many calls.
+//! `acceleration`, `boundary`, `transfer` for each call of `advance()` or `step()`. So actuation in many intervals is
+//! many calls. Of a collider that moves, `boundary` has the derivatives by its velocity and spin, with what they do to
+//! its later places. `examples/22_walk.cpp` has muscles whose tensions are parameters of a material of its own.
 Distance distance(double young, const Points& wanted) {
     Simulation simulation = block_of(young);
     firn::Adjoint adjoint(simulation, {.memory = std::size_t(64) << 20});
@@ -102,26 +105,27 @@ int main() {
     //!   quadratic spline, the velocity gradient of a particle that is the first on a node jumps; cubic and
     //!   `CompactQuartic` weights have a kink at edges of matter; `Linear` jumps at every crossing; `Asflip` jumps with
     //!   the sign of tr ∇v. A collider's layer takes nodes and leaves them in jumps. A position that is kept at a face
-    //!   of the domain has the derivative zero.
+    //!   of the domain has the derivative zero. Of `Linear`, `Asflip` and `WeightGradientForce` with the quadratic
+    //!   spline, an `Adjoint` warns once.
     //! - **Chaos.** `gradient.position_norm` and `velocity_norm` tell how the adjoints grow from the end to the start.
     //!   If they grow by orders of magnitude, the gradient holds for tiny changes only. Measure earlier.
     //!
     //! `check(gradient, direction, h)` takes the recorded steps again with all inputs changed along a direction, a
-    //! `gradient.zero()` that the program fills. Where the forward and the backward difference disagree, there is a kink;
-    //! it also tells how many particles end in another cell.
+    //! `gradient.zero()` that the program fills. Where the forward and the backward difference disagree, there is a
+    //! kink; it also tells how many particles end in another cell.
     //!
     //! ## What it costs
     //!
     //! The way back needs the states before all steps. As many as `memory` allows are kept, and the steps between are
-    //! taken again, to the bit. The gradient of 500 steps of 144,054 particles takes about seven runs with 1 GiB on one
-    //! thread; `benchmarks/README.md` has the numbers. Elastic materials of firn's own are cheapest; a plastic one, and
-    //! your own, takes some times more, because its formulas are traced.
+    //! taken again, to the bit. The gradient of 500 steps of 144,054 particles takes six to seven runs with 1 GiB;
+    //! `benchmarks/README.md` has the numbers. Elastic materials of firn's own are cheapest; a plastic one, and your
+    //! own, takes some times more, because its formulas are traced.
     //!
     //! ## What has no way back
     //!
-    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `FBar`, `VolumeFilter`, `Fmpm`,
-    //! passes of your own, mirrored walls, boundaries that move, loads, forces between particles, sources and sinks are
-    //! refused with a sentence when the `Adjoint` is made.
+    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `FBar`, `VolumeFilter`,
+    //! `Fmpm`, passes of your own, mirrored walls, loads, forces between particles, sources and sinks are refused with
+    //! a sentence when the `Adjoint` is made.
     const double found = std::exp(now);
     std::printf("found %.1f Pa, true are %.1f Pa\n", found, truth);
     return std::abs(found / truth - 1) < 1e-4 ? EXIT_SUCCESS : EXIT_FAILURE;
