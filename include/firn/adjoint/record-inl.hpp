@@ -147,17 +147,17 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
     unroll<int(Simulation::material_count)>(
         [&](auto i) { std::get<i>(next.materials) = simulation_.template set_at<i>().material; });
     next.step = [this, acceleration](double dt, const auto* direction, double t) {
-        auto now = acceleration;
+        auto changed = acceleration;
         if (direction) {
-            std::size_t k = 0;
+            [[maybe_unused]] std::size_t k = 0;
             if constexpr (detail::is_uniform<Acceleration>)
-                for (auto& number : now.v) number += std::remove_cvref_t<decltype(number)>(t * direction->gravity[k++]);
+                changed += cast<std::remove_cvref_t<decltype(changed.v[0])>>(direction->gravity * t);
             else
-                detail::for_reals(now, [&](auto& number) {
+                detail::for_reals(changed, [&](auto& number) {
                     number += std::remove_cvref_t<decltype(number)>(t * direction->acceleration.at(k++).second);
                 });
         }
-        simulation_.step_by(dt, now);
+        simulation_.step_by(dt, changed);
     };
     next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
     for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
@@ -203,7 +203,7 @@ void Adjoint<Simulation>::measure_steps(const Function& f, const Body* body) {
 
 template <class Simulation>
 template <std::size_t I, class Function>
-auto Adjoint<Simulation>::measure_of(const Function& f, const Body* body) -> Measure {
+typename Adjoint<Simulation>::Measure Adjoint<Simulation>::measure_of(const Function& f, const Body* body) {
     require_as_left();
     auto& own = simulation_.template set_at<I>();
     using Material = std::remove_cvref_t<decltype(own.material)>;

@@ -46,8 +46,8 @@ public:
     FieldMemory(const FieldMemory& other) { *this = other; }
     FieldMemory& operator=(const FieldMemory& other);
     /// @}
-    FieldMemory(FieldMemory&&) = default;
-    FieldMemory& operator=(FieldMemory&&) = default;
+    FieldMemory(FieldMemory&&) = default;             ///< Takes the memory over.
+    FieldMemory& operator=(FieldMemory&&) = default;  ///< Takes the memory over.
 
     /// Number of slots.
     std::size_t slots() const { return slots_; }

@@ -65,9 +65,9 @@ TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
         {&Start::sand_velocity, sand_velocity, "velocity of the sand"}};
     for (const auto& [number, got, name] : all) {
         CAPTURE(name);
-        const auto at = [&, number = number](double t) {
+        const auto at = [&, member = number](double t) {
             Start other = start;
-            other.*number += t;
+            other.*member += t;
             return value(other);
         };
         double least = std::numeric_limits<double>::infinity();
