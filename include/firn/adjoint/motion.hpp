@@ -52,7 +52,7 @@ const char* no_motion_back(const Boundary& boundary) {
         if constexpr (requires { part.advanced(0.0); } && !requires(const Lifted& of) { of.advanced(0.0); })
             why = "its function advanced() is not a template over the scalar";
         if constexpr (requires { part.shape.from_its_place(); })
-            if (squared_norm(part.shape.from_its_place().second) > 0)
+            if (norm(part.shape.from_its_place().second) > 0)
                 why = "its shape lies more than a hundred of its sizes from its own origin; move its points near to 0";
     });
     return why;

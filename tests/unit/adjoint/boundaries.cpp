@@ -2,6 +2,7 @@
 // sanitized: no
 /// \file The gradient where walls and colliders act, against difference quotients.
 #include "support/derivatives.hpp"
+#include "support/message.hpp"
 
 using namespace derivatives;
 
@@ -154,6 +155,30 @@ TEST_CASE("gradients by the motion of a collider", "[adjoint]") {
     check_motion<2>(
         list, [](auto& all) -> auto& { return all.all[0]; }, false,
         [](auto& plank) { plank.position[0] = 0.3, plank.position[1] = 0.1; });
+}
+TEST_CASE("gradients by the motion of a solid that is given by distances", "[adjoint]") {
+    // A disc, at nodes 3 cm apart.
+    const auto disc = [](const Vec<double, 2>& centre) {
+        DistanceNumbers<double, 2> numbers{centre - Vec<double, 2>::filled(0.24), 0.03, {17, 17}, {}};
+        for (int i = 0; i < 17; ++i)
+            for (int j = 0; j < 17; ++j) numbers.values.push_back(std::hypot(0.03 * i - 0.24, 0.03 * j - 0.24) - 0.1);
+        Collider<DistanceGrid<double, 2, double>> solid;
+        solid.shape = {std::make_shared<const DistanceNumbers<double, 2>>(std::move(numbers))};
+        solid.contact = Contact::slip;
+        solid.friction = 0.2;
+        solid.position = Vec<double, 2>{0.35, 0.12} - centre;
+        solid.linear_velocity = {-1, 0.3};
+        solid.angular_velocity = 3;
+        return solid;
+    };
+    check_motion<2>(
+        Together(walls_of_run<2>(Contact::slip, 0.2), disc({0, 0})),
+        [](auto& both) -> auto& { return std::get<1>(both.parts); }, true, [](auto&) {});
+    // Far from its own origin the solid is moved near to it in each step: there is no way back through that.
+    Run<SimulationWith<2, FixedCorotated<double>, decltype(disc({}))>> far{jelly, disc({60, 0})};
+    far.boundary_changes = false;
+    auto simulation = far.at(0);
+    test_support::check_refused<usage_error>([&] { Adjoint adjoint(simulation); }, "from its own origin");
 }
 TEST_CASE("gradients by the friction of walls", "[adjoint]") {
     Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>(Contact::slip, 0.2)};
