@@ -177,7 +177,6 @@ private:
         Boundary boundary;
         std::vector<bool> carried;  // which numbers of the boundary motion has changed, and the program has not
         Transfer transfer;
-        decltype(detail::listed<typename Simulation::material_type>::type::models) materials;
         // Takes a step of dt [s], with the acceleration changed by t times a direction.
         std::function<void(double dt, const typename Gradient<Simulation>::OfInterval* direction, double t)> step;
         std::function<void(double, Interval&)> back;

@@ -9,8 +9,6 @@ template <class Simulation>
 void Adjoint<Simulation>::use(const Interval& interval) {
     simulation_.gravity = interval.gravity;
     simulation_.transfer = interval.transfer;
-    unroll<int(Simulation::material_count)>(
-        [&](auto i) { simulation_.template set_at<i>().material = std::get<i>(interval.materials); });
 }
 
 template <class Simulation>

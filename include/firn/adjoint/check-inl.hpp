@@ -44,9 +44,6 @@ double Adjoint<Simulation>::value_along(const Gradient<Simulation>& direction, d
         Interval& interval = interval_of(step);
         const auto& by = direction.intervals[std::size_t(&interval - intervals_.data())];
         use(interval);
-        unroll<int(Simulation::material_count)>([&](auto i) {
-            detail::shift_numbers(simulation_.template set_at<i>().material, std::get<i>(direction.sets).material, t);
-        });
         detail::shift_numbers(simulation_.transfer, by.transfer, t);
         if (interval.first == step) {
             // What has moved goes on from where it is now.

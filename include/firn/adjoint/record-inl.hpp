@@ -144,8 +144,6 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
         next.carried[k] = next.carried[k] && k < before.size() && before[k] == now[k];
     next.transfer = simulation_.transfer;
     next.is_uniform = detail::is_uniform<Acceleration>;
-    unroll<int(Simulation::material_count)>(
-        [&](auto i) { std::get<i>(next.materials) = simulation_.template set_at<i>().material; });
     next.step = [this, acceleration](double dt, const auto* direction, double t) {
         auto changed = acceleration;
         if (direction) {
