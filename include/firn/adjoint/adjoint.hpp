@@ -55,8 +55,8 @@ struct DerivativeCheck {
 /// collider takes and leaves nodes in jumps, and a particle that is kept inside the domain has the derivative 0.
 /// \see check
 ///
-/// Between two calls the program may change gravity, the boundary and the transfer; each call begins an
-/// interval. It must not change particles.
+/// Between two calls the program may change gravity, the boundary and the transfer; each call begins an interval. It
+/// must not change particles.
 ///
 /// The way back needs the states before all steps. As many as fit into the memory are kept, and from them the steps
 /// between are taken again, to the bit. \see Checkpoints
@@ -243,7 +243,8 @@ private:
     /// Returns a measure of the particles of a body. \see measure
     template <std::size_t I, class Function>
     Measure measure_of(const Function& f, const Body* body);
-    void add_measure(Measure measure);
+    /// \return the measure's value now; 0 if it is not known
+    double add_measure(Measure measure);
     double value_along(const Gradient<Simulation>& direction, double t, std::vector<BlockCoordinate<D>>& cells);
     void shift_start(const Gradient<Simulation>& direction, double t);
     void write(Gradient<Simulation>& gradient);

@@ -38,9 +38,7 @@ void Adjoint<Simulation>::keep_nodes() {
         const std::size_t numbers = simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width);
         const bool is_room = keep_ == &nodes_ || (blended ? 2 : 1) * numbers * sizeof(S) <= room_for_nodes_;
         to.resize(is_room ? numbers : 0);
-        detail::for_chunks(to.size(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
-            std::copy(from + first, from + last, to.data() + first);
-        });
+        detail::copy_and_fill(from, to.size(), to.data(), to.size(), S(0), simulation_.workers());
     };
     simulation_.add_pass("keep nodes", "p2g", [=, this](Simulation&, const StepNow<S, D>&) {
         keep(simulation_.grid_.nodes(0), &Nodes::momenta);
@@ -109,9 +107,7 @@ void Adjoint<Simulation>::move_boundary_back(std::size_t step, Interval& interva
         for (std::size_t k = 0; k < of.size(); ++k)
             if (!next.carried[k]) of[k] = 0;
     }
-    const detail::TracedMotion motion(simulation_.boundary, dts_[step]);
-    of.resize(motion.changed().size());  // the program may have made a list longer or shorter
-    of = motion.back(of);
+    of = detail::TracedMotion(simulation_.boundary, dts_[step]).back(of);
 }
 
 template <class Simulation>
@@ -119,9 +115,7 @@ template <class Acceleration>
 void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleration) {
     SparseGrid<S, D>& grid = simulation_.grid_;
     const auto copy = [&](const aligned_vector<S>& from) {
-        detail::for_chunks(from.size(), simulation_.workers(), [&](std::size_t first, std::size_t last) {
-            std::copy(from.data() + first, from.data() + last, grid.nodes(0) + first);
-        });
+        detail::copy_and_fill(from.data(), from.size(), grid.nodes(0), from.size(), S(0), simulation_.workers());
     };
     simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
         keep_ = nodes_.are_kept ? nullptr : &nodes_;

@@ -52,11 +52,17 @@ template <class P, class F>
 void for_reals(P& policy, const F& f) {
     for_numbers<void>(policy, f);
 }
+/// Returns the numbers of a policy. \see for_reals
+template <class P>
+std::vector<double> numbers_of(const P& policy) {
+    std::vector<double> all;
+    for_reals(policy, [&](const auto& number) { all.push_back(double(number)); });
+    return all;
+}
 /// Adds t times the numbers of `direction`, a policy of the same kind with doubles, to those of a policy.
 template <class P, class Direction>
 void shift_numbers(P& policy, const Direction& direction, double t) {
-    std::vector<double> by;
-    for_reals(direction, [&](const auto& number) { by.push_back(double(number)); });
+    const std::vector<double> by = numbers_of(direction);
     std::size_t next = 0;
     for_reals(policy,
               [&](auto& number) { number = std::remove_cvref_t<decltype(number)>(double(number) + t * by[next++]); });

@@ -4,7 +4,8 @@
 #include <firn/adjoint/inputs.hpp>
 #include <firn/boundary/concept.hpp>
 
-#include <optional>
+#include <algorithm>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -28,11 +29,12 @@ public:
         for (std::size_t k = 0; k < before_.size(); ++k) all.push_back(after_[k].node != before_[k].node);
         return all;
     }
-    /// Returns the adjoints of the numbers before. \param after  those of the numbers after; an empty list is one of 0
+    /// Returns the adjoints of the numbers before. \param after  those of the numbers after; what the list lacks is 0,
+    /// what it has more is left out, as the program may have made a list of boundaries longer or shorter
     std::vector<double> back(const std::vector<double>& after) const {
         Tape<P>& tape = Tape<P>::mine();
         tape.begin();
-        for (std::size_t k = 0; k < after.size(); ++k) seed(after_[k], P(after[k]));
+        for (std::size_t k = 0; k < std::min(after.size(), after_.size()); ++k) seed(after_[k], P(after[k]));
         tape.back();
         std::vector<double> all;
         for (const T& number : before_) all.push_back(double(lane_value(adjoint_of(number), 0)));
@@ -44,7 +46,7 @@ private:
 };
 
 /// Returns why the motion of a boundary has no way back; nullptr if it has one.
-template <class S, class Boundary>
+template <class Boundary>
 const char* no_motion_back(const Boundary& boundary) {
     const char* why = nullptr;
     for_single_parts(boundary, [&]<class Part>(const Part& part, bool) {
@@ -56,14 +58,6 @@ const char* no_motion_back(const Boundary& boundary) {
                 why = "its shape lies more than a hundred of its sizes from its own origin; move its points near to 0";
     });
     return why;
-}
-
-/// Returns the numbers of a policy. \see for_reals
-template <class Policy>
-std::vector<double> numbers_of(const Policy& policy) {
-    std::vector<double> all;
-    for_reals(policy, [&](const auto& number) { all.push_back(double(number)); });
-    return all;
 }
 
 }  // namespace firn::inline FIRN_BUILD::detail

@@ -53,7 +53,7 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
         throw usage_error(
             "Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
             "nodes behind them, NodesBehind::held.");
-    if (const char* const why = detail::no_motion_back<S>(simulation_.boundary))
+    if (const char* const why = detail::no_motion_back(simulation_.boundary))
         throw usage_error(
             sentence("A collider of this simulation has no way back, so there are no derivatives through "
                      "it: ",
@@ -177,20 +177,18 @@ auto Adjoint<Simulation>::adding(const Add& add) {
 }
 
 template <class Simulation>
-void Adjoint<Simulation>::add_measure(Measure measure) {
+double Adjoint<Simulation>::add_measure(Measure measure) {
     measure.state = steps();
-    if (measure.value) measured_ += measure.value();
+    const double value = measure.value ? measure.value() : 0;
+    measured_ += value;
     measures_.push_back(std::move(measure));
+    return value;
 }
 
 template <class Simulation>
 template <std::size_t I, class Function>
 double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
-    const double before = std::exchange(measured_, 0);
-    add_measure(measure_of<I>(f, body));
-    const double now = measured_;
-    measured_ += before;
-    return now;
+    return add_measure(measure_of<I>(f, body));
 }
 
 template <class Simulation>

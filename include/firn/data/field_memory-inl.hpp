@@ -14,11 +14,7 @@ FIRN_BODY FieldMemory& FieldMemory::operator=(const FieldMemory& other) {
         memory_.resize(other.memory_.size());
     }
     const std::size_t begin = fields_.empty() ? 0 : fields_.front().offset, bytes = end_of_fields() - begin;
-    detail::for_shares(
-        bytes, bytes < detail::least_shared_bytes ? 1 : workers_, [&](std::size_t first, std::size_t last) {
-            if (first < last)
-                std::memcpy(memory_.data() + begin + first, other.memory_.data() + begin + first, last - first);
-        });
+    detail::copy_and_fill(other.memory_.data() + begin, bytes, memory_.data() + begin, bytes, std::byte{}, workers_);
     return *this;
 }
 
