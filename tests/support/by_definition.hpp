@@ -1,5 +1,5 @@
-/// \file P2G and G2P as the papers write them: plain loops in double over particles and the nodes around each, from the
-/// kernel's own functions.
+/// \file P2G and G2P as the papers write them: plain loops over particles and the nodes around each, in double or in
+/// dual numbers, from the kernel's own functions.
 #pragma once
 
 #include "support/catch.hpp"
@@ -18,39 +18,54 @@ struct Case {
     using Kernel = Kernel_;
 };
 
-/// A node as a particle at x sees it.
-template <int D>
+inline double value_of(double x) { return x; }
+inline double value_of(const dual<double>& x) { return x.value; }
+
+/// A node as a particle at x sees it. \tparam T  the scalar of x: double, or dual<double>
+template <int D, class T = double>
 struct Node {
     std::array<int, std::size_t(D)> index;
-    double weight;
-    Vec<double, D> gradient;  ///< of the weight, by x [1/m]
-    Vec<double, D> offset;    ///< x_i − x [m]
+    T weight;
+    Vec<T, D> gradient;  ///< of the weight, by x [1/m]
+    Vec<T, D> offset;    ///< x_i − x [m]
 };
 
 /// Calls f(node) for the nodes around x.
-template <class Kernel, int D, class F>
-void for_nodes(const Domain<D>& domain, const Vec<double, D>& x, const F& f) {
+template <class Kernel, int D, class T, class F>
+void for_nodes(const Domain<D>& domain, const Vec<T, D>& x, const F& f) {
     constexpr int K = Kernel::support;
     const double h = domain.cell_size;
     std::array<int, std::size_t(D)> base{};
-    std::array<std::array<double, std::size_t(K)>, std::size_t(D)> w{}, g{};
+    std::array<std::array<T, std::size_t(K)>, std::size_t(D)> w{}, g{};
     for (int a = 0; a < D; ++a) {
-        const double cells = (x[a] - domain.lower[a]) / h;
-        base[std::size_t(a)] = int(std::floor(cells - Kernel::base_shift));
-        w[std::size_t(a)] = Kernel::weights(cells - base[std::size_t(a)]);
-        g[std::size_t(a)] = Kernel::gradients(cells - base[std::size_t(a)]);
+        const T cells = (x[a] - T(domain.lower[a])) / T(h);
+        base[std::size_t(a)] = int(std::floor(value_of(cells) - Kernel::base_shift));
+        w[std::size_t(a)] = Kernel::weights(cells - T(base[std::size_t(a)]));
+        g[std::size_t(a)] = Kernel::gradients(cells - T(base[std::size_t(a)]));
     }
     for (int n = 0; n < (D == 2 ? K * K : K * K * K); ++n) {
-        Node<D> node{base, 1, Vec<double, D>::filled(1 / h), {}};
+        Node<D, T> node{base, T(1), Vec<T, D>::filled(T(1 / h)), {}};
         for (int a = 0, rest = n; a < D; ++a, rest /= K) {
             const std::size_t k = std::size_t(rest % K);
             node.index[std::size_t(a)] += int(k);
-            node.weight *= w[std::size_t(a)][k];
-            node.offset[a] = domain.lower[a] + h * node.index[std::size_t(a)] - x[a];
-            for (int b = 0; b < D; ++b) node.gradient[b] *= (a == b ? g : w)[std::size_t(a)][k];
+            node.weight = node.weight * w[std::size_t(a)][k];
+            node.offset[a] = T(domain.lower[a] + h * node.index[std::size_t(a)]) - x[a];
+            for (int b = 0; b < D; ++b) node.gradient[b] = node.gradient[b] * (a == b ? g : w)[std::size_t(a)][k];
         }
         f(node);
     }
+}
+
+/// The momentum that a particle gives to a node.
+/// \param m, V, v, C, stress  mass, volume, velocity, affine field and Kirchhoff stress of the particle
+template <class C, int D, class T>
+Vec<T, D> momentum_to(const Node<D, T>& node, double h, double dt, const T& m, const T& V, const Vec<T, D>& v,
+                      const Mat<T, D>& affine, const Mat<T, D>& stress) {
+    Vec<T, D> velocity = v, direction = node.gradient;
+    if constexpr (C::Transfer::affine) velocity += affine * node.offset;
+    if constexpr (!C::Force::weight_gradients)
+        direction = node.offset * (node.weight * T(C::Kernel::inverse_inertia / (h * h)));
+    return velocity * (m * node.weight) - stress * direction * (T(dt) * V);
 }
 
 template <int D, class S>
@@ -88,11 +103,7 @@ std::vector<double> p2g(const scenes::RandomCloud<typename C::S, C::D>& cloud,
         const Mat<double, D> C_p = matrix<D>(cloud.C, p), stress = matrix<D>(cloud.stress, p);
         for_nodes<typename C::Kernel>(cloud.domain, vector<D>(cloud.x, p), [&](const Node<D>& node) {
             double* sum = sums.data() + place_of(grid, node);
-            Vec<double, D> velocity = v, direction = node.gradient;
-            if (C::Transfer::affine) velocity += C_p * node.offset;
-            if constexpr (!C::Force::weight_gradients)
-                direction = node.offset * (node.weight * C::Kernel::inverse_inertia / (h * h));
-            const Vec<double, D> momentum = velocity * (m * node.weight) - stress * direction * (dt * V);
+            const Vec<double, D> momentum = momentum_to<C>(node, h, dt, m, V, v, C_p, stress);
             for (int i = 0; i < D; ++i) sum[i] += momentum[i];
             sum[node_mass] += m * node.weight;
         });
@@ -101,32 +112,40 @@ std::vector<double> p2g(const scenes::RandomCloud<typename C::S, C::D>& cloud,
 }
 
 /// What a particle takes back.
-template <int D>
+template <int D, class T = double>
 struct Taken {
-    Vec<double, D> velocity;          ///< Σ N v_i
-    Mat<double, D> affine;            ///< B D⁻¹, D summed up as it is defined
-    Mat<double, D> gradient;          ///< Σ v_i ⊗ ∇N_i
+    Vec<T, D> velocity;               ///< Σ N v_i
+    Mat<T, D> affine;                 ///< B D⁻¹, D summed up as it is defined
+    Mat<T, D> gradient;               ///< Σ v_i ⊗ ∇N_i
     double smallest_inertia = 1e300;  ///< along an axis, in h²
 };
-template <class Kernel, class S, int D>
-Taken<D> g2p(const SparseGrid<S, D>& grid, const Vec<double, D>& x) {
-    Taken<D> taken{Vec<double, D>::zero(), Mat<double, D>::zero(), Mat<double, D>::zero()};
-    Vec<double, D> inertia = Vec<double, D>::zero();  // all these kernels' D is diagonal
-    for_nodes<Kernel>(grid.domain(), x, [&](const Node<D>& node) {
-        const S* of_node = grid.nodes(0) + place_of(grid, node);
-        Vec<double, D> v{};
-        for (int a = 0; a < D; ++a) v[a] = double(of_node[a]);
+/// \param velocity_at  velocity_at(node) returns the node's velocity
+template <class Kernel, int D, class T, class VelocityAt>
+Taken<D, T> taken_from(const Domain<D>& domain, const Vec<T, D>& x, const VelocityAt& velocity_at) {
+    Taken<D, T> taken{Vec<T, D>::zero(), Mat<T, D>::zero(), Mat<T, D>::zero()};
+    Vec<T, D> inertia = Vec<T, D>::zero();  // all these kernels' D is diagonal
+    for_nodes<Kernel>(domain, x, [&](const Node<D, T>& node) {
+        const Vec<T, D> v = velocity_at(node);
         taken.velocity += v * node.weight;
         taken.affine += outer(v, node.offset) * node.weight;
         taken.gradient += outer(v, node.gradient);
-        for (int a = 0; a < D; ++a) inertia[a] += node.weight * node.offset[a] * node.offset[a];
+        for (int a = 0; a < D; ++a) inertia[a] = inertia[a] + node.weight * node.offset[a] * node.offset[a];
     });
-    const double h = grid.domain().cell_size;
+    const double h = domain.cell_size;
     for (int j = 0; j < D; ++j) {
-        taken.smallest_inertia = std::min(taken.smallest_inertia, inertia[j] / (h * h));
-        for (int i = 0; i < D; ++i) taken.affine(i, j) /= inertia[j];
+        taken.smallest_inertia = std::min(taken.smallest_inertia, value_of(inertia[j]) / (h * h));
+        for (int i = 0; i < D; ++i) taken.affine(i, j) = taken.affine(i, j) / inertia[j];
     }
     return taken;
+}
+template <class Kernel, class S, int D>
+Taken<D> g2p(const SparseGrid<S, D>& grid, const Vec<double, D>& x) {
+    return taken_from<Kernel>(grid.domain(), x, [&](const Node<D>& node) {
+        const S* of_node = grid.nodes(0) + place_of(grid, node);
+        Vec<double, D> v{};
+        for (int a = 0; a < D; ++a) v[a] = double(of_node[a]);
+        return v;
+    });
 }
 
 template <class S, int D>

@@ -3,6 +3,7 @@
 /// \file The gradient where walls and colliders act, against difference quotients.
 #include "support/derivatives.hpp"
 #include "support/message.hpp"
+#include "support/tangent.hpp"
 
 using namespace derivatives;
 
@@ -105,6 +106,9 @@ void check_motion(const Boundary& boundary, const OfPlank& of_plank, bool goes_o
         CHECK(total[k] == Approx((8 * a - b) / (12 * h)).epsilon(1e-6).margin(1e-9));
         CHECK(std::abs(total[k]) > 1e-4);
     }
+    auto whole = run;
+    whole.dt = 0x1p-10;
+    tangent::check_transposed(whole.at(0), 12, 2);
     // check() moves the plank on from where it is, too.
     auto direction = gradient.zero();
     double along = 0.3;
@@ -205,6 +209,8 @@ TEST_CASE("gradients in a periodic domain, of matter across its faces", "[adjoin
     run.speed = 3;
     run.boundary_changes = false;
     check_derivatives(run);
+    run.dt = 0x1p-10;
+    tangent::check_transposed(run.at(0), 12, 2);
 }
 
 }  // namespace boundaries_gradient_tests
