@@ -78,11 +78,7 @@ public:
     /// Takes a step of dt [s].
     void step(double dt) {
         const double h = domain_.cell_size;
-        struct Sum {
-            Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero();
-            T mass = T(0);
-        };
-        std::map<std::array<int, std::size_t(D)>, Sum> nodes;
+        Nodes nodes;
         for (const Particle& p : particles_)
             for_nodes(p.position, [&](const Node& node, const auto& index) {
                 Sum& sum = nodes[index];
@@ -103,6 +99,8 @@ public:
                                          firn::detail::AllAtOnce<decltype(walls), T>{walls, T(1)});
             sum.before = sum.before * (T(1) / sum.mass);
         }
+        if constexpr (blended) mirror(nodes, &Sum::before, walls, false);
+        mirror(nodes, &Sum::momentum, walls, true);
         for (Particle& p : particles_) {
             const auto taken = by_definition::taken_from<Kernel>(
                 domain_, p.position, [&](const Node& node) { return nodes.at(wrapped_index(node.index)).momentum; });
@@ -156,6 +154,51 @@ private:
         Mat<T, D> affine, stress;
     };
 
+    /// Momentum, or velocity, and mass of a node; `before`: without forces.
+    struct Sum {
+        Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero();
+        T mass = T(0);
+    };
+    using Nodes = std::map<std::array<int, std::size_t(D)>, Sum>;
+
+    /// Lets mirrored walls act, one after the other, on columns of three nodes.
+    template <class Walls>
+    void mirror(Nodes& nodes, Vec<T, D> Sum::* velocity, const Walls& walls, bool with_friction) const {
+        if constexpr (has_mirrors<Walls>) {
+            std::map<std::array<int, std::size_t(D)>, T> masses;
+            for (const auto& [index, sum] : nodes) masses[index] = sum.mass;
+            walls.mirrors([&](int axis, const T& position, int inward, Contact contact, const T& friction, int) {
+                const int on = int(std::lround((position.value - domain_.lower[axis]) / domain_.cell_size));
+                std::map<std::array<int, std::size_t(D)>, NodeColumn<T, D>> columns;  // by their middle nodes
+                const auto for_sides = [&](auto index, const auto& f) {
+                    for (int side = -1; side <= 1; ++side) {
+                        index[std::size_t(axis)] = on + side * inward;
+                        if (const auto found = nodes.find(index); found != nodes.end())
+                            f(side, found->second, masses.at(index));
+                    }
+                };
+                for (const auto& [index, sum] : nodes) {
+                    if (std::abs(index[std::size_t(axis)] - on) > 1) continue;
+                    auto middle = index;
+                    middle[std::size_t(axis)] = on;
+                    const Vec<T, D> none = Vec<T, D>::zero();
+                    columns.try_emplace(middle, NodeColumn<T, D>{none, none, none, T(0), T(0), T(0)});
+                }
+                for (auto& [index, column] : columns) {
+                    Vec<T, D>* const velocities[] = {&column.behind, &column.on, &column.front};
+                    T* const of_masses[] = {&column.mass_behind, &column.mass_on, &column.mass_front};
+                    for_sides(index, [&](int side, const Sum& sum, const T& mass) {
+                        *velocities[side + 1] = sum.*velocity, *of_masses[side + 1] = mass;
+                    });
+                    column = mirrored(column, axis, inward, contact, with_friction ? friction : T(0),
+                                      surface_weights<Kernel, T>());
+                    for_sides(index, [&](int side, Sum& sum, T& mass) {
+                        sum.*velocity = *velocities[side + 1], mass = *of_masses[side + 1];
+                    });
+                }
+            });
+        }
+    }
     std::array<int, std::size_t(D)> wrapped_index(std::array<int, std::size_t(D)> index) const {
         for (int a = 0; a < D; ++a)
             if (const int n = domain_.cells(a); domain_.periodic[std::size_t(a)])

@@ -9,6 +9,7 @@
 #include <firn/adjoint/grid_update.hpp>
 #include <firn/adjoint/jumps.hpp>
 #include <firn/adjoint/measure.hpp>
+#include <firn/adjoint/mirror.hpp>
 #include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
 #include <firn/simulation.hpp>
@@ -62,8 +63,8 @@ struct DerivativeCheck {
 /// between are taken again, to the bit. \see Checkpoints
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
-/// is made, with a usage_error that names the pass: FBar, VolumeFilter, FMPM, passes of the program; mirrored walls,
-/// loads, forces between particles, sources and sinks; a boundary that moves by code of the program which is not a
+/// is made, with a usage_error that names the pass: FBar, VolumeFilter, FMPM, passes of the program; loads,
+/// forces between particles, sources and sinks; a boundary that moves by code of the program which is not a
 /// template over the scalar.
 template <class Simulation>
 class Adjoint {
@@ -222,6 +223,7 @@ private:
     void move_boundary_back(std::size_t step, Interval& interval);
     void take_again(std::size_t step, Nodes* keep);
     void keep_nodes();
+    void copy_nodes(const aligned_vector<S>& from, SparseGrid<S, D>& to) const;
     template <class Acceleration>
     void bring_nodes(double dt, const Acceleration& acceleration);
     /// Sorts the particles if the next step would, so that a state is kept sorted.
@@ -230,6 +232,9 @@ private:
     void back(std::size_t step);
     template <class Acceleration>
     void back_by(double dt, const Acceleration& acceleration, Interval& interval);
+    template <class Acceleration>
+    void mirror_back(double dt, const Acceleration& acceleration, Interval& interval);
+    bool mirror_before_back();
     void add_measures(std::size_t state);
     void note_norms(std::size_t state, Gradient<Simulation>& gradient);
     void fit_bars();
@@ -264,7 +269,7 @@ private:
     Nodes nodes_;                     // of the step that goes back
     Nodes* keep_ = nullptr;           // receives the nodes of the step that is taken
     aligned_vector<S> momenta_before_;
-    SparseGrid<S, D> bar_grid_, bar_before_;
+    SparseGrid<S, D> bar_grid_, bar_before_, before_walls_;
 };
 
 }  // namespace firn::inline FIRN_BUILD

@@ -111,21 +111,23 @@ void Adjoint<Simulation>::move_boundary_back(std::size_t step, Interval& interva
 }
 
 template <class Simulation>
+void Adjoint<Simulation>::copy_nodes(const aligned_vector<S>& from, SparseGrid<S, D>& to) const {
+    detail::copy_and_fill(from.data(), from.size(), to.nodes(0), from.size(), S(0), simulation_.workers());
+}
+
+template <class Simulation>
 template <class Acceleration>
 void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleration) {
     SparseGrid<S, D>& grid = simulation_.grid_;
-    const auto copy = [&](const aligned_vector<S>& from) {
-        detail::copy_and_fill(from.data(), from.size(), grid.nodes(0), from.size(), S(0), simulation_.workers());
-    };
     simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
         keep_ = nodes_.are_kept ? nullptr : &nodes_;
         for (const Pass<S, D>& pass : simulation_.passes_) {
             if (pass.name == "p2g" && nodes_.are_kept) {
                 if constexpr (blended) {
-                    copy(nodes_.before_forces);
+                    copy_nodes(nodes_.before_forces, grid);
                     grid.exchange(layer::before_forces, simulation_.workers());
                 }
-                copy(nodes_.momenta);
+                copy_nodes(nodes_.momenta, grid);
             } else {
                 pass.act(simulation_, now);
             }
@@ -133,6 +135,44 @@ void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleratio
         }
         keep_ = nullptr;
     });
+}
+
+template <class Simulation>
+template <class Acceleration>
+void Adjoint<Simulation>::mirror_back(double dt, const Acceleration& acceleration, Interval& interval) {
+    if constexpr (has_mirrors<Boundary>) {
+        const Mirrors mirrors = mirrors_of<Kernel>(simulation_.boundary, simulation_.domain());
+        if (mirrors.planes.empty()) return;
+        const int threads = simulation_.workers();
+        before_walls_.activate(simulation_.partitions(), threads);
+        copy_nodes(nodes_.momenta, before_walls_);
+        detail::update_grid(threads, detail::one_rank<S, D>(), before_walls_, dt, acceleration, simulation_.boundary);
+        std::vector<double> by_wall(mirrors.planes.size());
+        detail::mirror_nodes_back(threads, before_walls_, bar_grid_, mirrors, true, by_wall);
+        const std::vector<std::size_t> of_walls = detail::frictions_of_mirrors(simulation_.boundary);
+        for (std::size_t k = 0; k < by_wall.size(); ++k) interval.of_boundary[of_walls[k]] += by_wall[k];
+    }
+}
+
+template <class Simulation>
+bool Adjoint<Simulation>::mirror_before_back() {
+    if constexpr (has_mirrors<Boundary>) {
+        const Mirrors mirrors = mirrors_of<Kernel>(simulation_.boundary, simulation_.domain());
+        if (mirrors.planes.empty()) return false;
+        const int threads = simulation_.workers();
+        const auto sets = simulation_.motions();
+        using View = MotionView<S, D, BlockedSpan<S>>;
+        before_walls_.activate(simulation_.partitions(), threads);
+        p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(simulation_.execution, before_walls_, 0.0,
+                                                            ParticleSets<View>(sets));
+        const S* const momenta = before_walls_.nodes(0);
+        momenta_before_.assign(momenta, momenta + nodes_.momenta.size());
+        detail::divide_by_masses(threads, before_walls_);
+        std::vector<double> by_wall(mirrors.planes.size());
+        detail::mirror_nodes_back(threads, before_walls_, bar_before_, mirrors, false, by_wall);
+        return true;
+    }
+    return false;
 }
 
 template <class Simulation>
@@ -168,7 +208,8 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
     };
     scatter(bar_grid_, records, std::type_identity<Force>{});
 
-    // The grid update backwards.
+    // Walls and the grid update backwards.
+    mirror_back(dt, acceleration, interval);
     const Vec<double, D> corner = simulation_.domain().lower;
     const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
     const auto lifted = lift<T>(here);
@@ -183,17 +224,19 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
                here, lifted, interval.of_acceleration, interval.of_boundary);
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
-        // The nodes hold velocities; their momenta are velocity × mass.
-        const S* const velocities = grid.layer(layer::before_forces);
-        momenta_before_.resize(nodes_.momenta.size());
-        detail::for_chunks(momenta_before_.size() / node_width, threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) {
-                const S* const from = velocities + i * node_width;
-                S* const to = momenta_before_.data() + i * node_width;
-                for (int k = 0; k < node_mass; ++k) to[k] = from[k] * from[node_mass];
-                to[node_mass] = from[node_mass];
-            }
-        });
+        if (!mirror_before_back()) {
+            // The nodes hold velocities; their momenta are velocity × mass.
+            const S* const velocities = grid.layer(layer::before_forces);
+            momenta_before_.resize(nodes_.momenta.size());
+            detail::for_chunks(momenta_before_.size() / node_width, threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) {
+                    const S* const from = velocities + i * node_width;
+                    S* const to = momenta_before_.data() + i * node_width;
+                    for (int k = 0; k < node_mass; ++k) to[k] = from[k] * from[node_mass];
+                    to[node_mass] = from[node_mass];
+                }
+            });
+        }
         std::vector<double> none, nothing;
         nodes_back(momenta_before_.data(), bar_before_.nodes(0), 0,
                    detail::traced_acceleration<P, D>(Vec<double, D>::zero(), corner), NoBoundary{}, NoBoundary{}, none,

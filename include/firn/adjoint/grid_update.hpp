@@ -24,7 +24,8 @@ struct AllAtOnce {
 
 /// The way back of the grid update: replaces the adjoints of the node velocities by those of momenta and masses.
 /// \param momenta  the momenta and masses of the nodes before the grid update
-/// \param bars     the adjoints of the nodes
+/// \param bars     the adjoints of the nodes: of the velocities, and of the masses as far as what follows depends on
+/// them
 /// \param sums     for each block: the derivatives by the parameters of the acceleration, then of the boundary
 template <std::floating_point S, int D, class Acceleration, class Lifted, class Boundary>
 void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* momenta, S* bars, double dt,
@@ -73,7 +74,7 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
                 field.add_to(sums.of(b).first(field.count()));
                 if (reached) walls->add_to(sums.of(b).subspan(field.count()));
                 unroll<D>([&](auto a) FIRN_LAMBDA { bar[a] = adjoint_of(momentum.v[a]) * per_unit; });
-                bar[node_mass] = adjoint_of(mass) * per_unit;
+                bar[node_mass] = bar[node_mass] + adjoint_of(mass) * per_unit;
                 store_quads(bar, bars + first_node + from * node_width);
             }
         },

@@ -7,7 +7,10 @@ namespace firn::inline FIRN_BUILD {
 
 template <class Simulation>
 Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& options)
-    : simulation_(simulation), bar_grid_(simulation.domain()), bar_before_(simulation.domain()) {
+    : simulation_(simulation),
+      bar_grid_(simulation.domain()),
+      bar_before_(simulation.domain()),
+      before_walls_(simulation.domain()) {
     refuse_what_has_no_way_back();
     simulation_.prepare();
     moments_.push_back(simulation_.now_);
@@ -49,10 +52,6 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
             throw usage_error(
                 "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
                 "are no derivatives through them.");
-    if (!mirrors_of<Kernel>(simulation_.boundary, simulation_.domain()).planes.empty())
-        throw usage_error(
-            "Mirrored walls have no way back: there are no derivatives through them. Let walls hold the "
-            "nodes behind them, NodesBehind::held.");
     if (const char* const why = detail::no_motion_back(simulation_.boundary))
         throw usage_error(
             sentence("A collider of this simulation has no way back, so there are no derivatives through "

@@ -47,44 +47,56 @@ public:
         }
     }
 
-    /// Replaces the columns by f(column) or f(column, index of the first), for each register of columns with matter,
-    /// and writes them to the grid.
-    template <class F>
-    void change(const F& f) {
-        for (int from = 0; from < padded * node_width; from += lanes * node_width) {
-            P r[3][4];
-            for (int side = 0; side < 3; ++side) load_quads(before_[side] + from, r[side]);
-            NodeColumn<P, D> column;
-            unroll<D>([&](auto a) FIRN_LAMBDA {
-                column.behind.v[a] = r[0][a];
-                column.on.v[a] = r[1][a];
-                column.front.v[a] = r[2][a];
-            });
-            column.mass_behind = r[0][node_mass], column.mass_on = r[1][node_mass], column.mass_front = r[2][node_mass];
-            if (!any(column.mass_behind + column.mass_on + column.mass_front > P(0))) {
-                for (int side = 0; side < 3; ++side)
-                    std::copy_n(before_[side] + from, lanes * node_width, after_[side] + from);
-                continue;
-            }
-            const auto changed = [&]() FIRN_LAMBDA {
-                if constexpr (std::invocable<const F&, const NodeColumn<P, D>&, int>)
-                    return f(column, from / node_width);
-                else
-                    return f(column);
-            };
-            const NodeColumn<P, D> now = changed();
-            unroll<D>([&](auto a) FIRN_LAMBDA {
-                r[0][a] = now.behind.v[a];
-                r[1][a] = now.on.v[a];
-                r[2][a] = now.front.v[a];
-            });
-            r[0][node_mass] = now.mass_behind, r[1][node_mass] = now.mass_on, r[2][node_mass] = now.mass_front;
-            for (int side = 0; side < 3; ++side) store_quads(r[side], after_[side] + from);
-        }
+    /// Returns a register of columns as they were copied. \param first  index of the first one
+    NodeColumn<P, D> column(int first) const {
+        P r[3][4];
+        for (int side = 0; side < 3; ++side) load_quads(before_[side] + first * node_width, r[side]);
+        NodeColumn<P, D> column;
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            column.behind.v[a] = r[0][a];
+            column.on.v[a] = r[1][a];
+            column.front.v[a] = r[2][a];
+        });
+        column.mass_behind = r[0][node_mass], column.mass_on = r[1][node_mass], column.mass_front = r[2][node_mass];
+        return column;
+    }
+    /// Returns whether a register of columns has matter.
+    static bool has_matter(const NodeColumn<P, D>& column) {
+        return any(column.mass_behind + column.mass_on + column.mass_front > P(0));
+    }
+    /// Sets a register of columns, to be written by write(). \param first  index of the first one
+    void set(int first, const NodeColumn<P, D>& now) {
+        P r[3][4];
+        for (int side = 0; side < 3; ++side) load_quads(before_[side] + first * node_width, r[side]);
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            r[0][a] = now.behind.v[a];
+            r[1][a] = now.on.v[a];
+            r[2][a] = now.front.v[a];
+        });
+        r[0][node_mass] = now.mass_behind, r[1][node_mass] = now.mass_on, r[2][node_mass] = now.mass_front;
+        for (int side = 0; side < 3; ++side) store_quads(r[side], after_[side] + first * node_width);
+    }
+    /// Writes all columns to the grid. Each must have been set.
+    void write() {
         for (int side = 0; side < 3; ++side)
             if (first_[side])
                 for (int c = 0; c < count; ++c)
                     std::memcpy(first_[side] + place(c), after_[side] + c * node_width, node_width * sizeof(S));
+    }
+    /// Replaces the columns by f(column) or f(column, index of the first), for each register of columns with matter,
+    /// and writes them to the grid.
+    template <class F>
+    void change(const F& f) {
+        for (int first = 0; first < padded; first += lanes) {
+            const NodeColumn<P, D> before = column(first);
+            if (!has_matter(before))
+                set(first, before);
+            else if constexpr (std::invocable<const F&, const NodeColumn<P, D>&, int>)
+                set(first, f(before, first));
+            else
+                set(first, f(before));
+        }
+        write();
     }
 
     /// Returns the address of the first node behind the wall; nullptr if the grid does not have it.

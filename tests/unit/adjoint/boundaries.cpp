@@ -184,6 +184,30 @@ TEST_CASE("gradients by the motion of a solid that is given by distances", "[adj
     auto simulation = far.at(0);
     test_support::check_refused<usage_error>([&] { Adjoint adjoint(simulation); }, "from its own origin");
 }
+TEST_CASE("gradients with mirrored walls, by their friction, too", "[adjoint]") {
+    const auto mirrored = []<int D>(std::integral_constant<int, D>, Contact contact) {
+        auto walls = walls_of_run<D>(contact, 0.2);
+        walls.nodes_behind = NodesBehind::mirrored;
+        return walls;
+    };
+    const auto check = []<int D, class... Policies>(std::integral_constant<int, D>, const auto& boundary) {
+        using Boundary = std::remove_cvref_t<decltype(boundary)>;
+        Run<SimulationWith<D, FixedCorotated<double>, Boundary, Policies...>> run{jelly, boundary};
+        run.boundary_changes = false;
+        run.dt = 1e-3;
+        check_derivatives(run);
+        run.dt = 0x1p-11;
+        tangent::check_transposed(run.at(0), 12, 2);
+    };
+    constexpr std::integral_constant<int, 2> plane;
+    for (const Contact contact : {Contact::stick, Contact::slip, Contact::separate}) {
+        CAPTURE(int(contact));
+        check(plane, mirrored(plane, contact));
+        check.operator()<2, Flip<double>>(plane, mirrored(plane, contact));
+    }
+    constexpr std::integral_constant<int, 3> space;
+    check(space, Together(moving_plank<3>(), mirrored(space, Contact::slip)));
+}
 TEST_CASE("gradients by the friction of walls", "[adjoint]") {
     Run<SimulationWith<2, FixedCorotated<double>>> run{jelly, walls_of_run<2>(Contact::slip, 0.2)};
     run.dt = 1e-3;
