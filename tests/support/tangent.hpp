@@ -40,6 +40,7 @@ class Run {
     using Transfer = decltype(Simulation::transfer);
     using Kernel = typename Simulation::kernel_type;
     using Force = typename Simulation::force_type;
+    using Volume = decltype(Simulation::volume);
     using Node = by_definition::Node<D, T>;
     using Policies = by_definition::Case<double, D, Transfer, Force, Kernel>;
     static constexpr bool blended = blends_velocities<Transfer>;
@@ -101,12 +102,20 @@ public:
         }
         if constexpr (blended) mirror(nodes, &Sum::before, walls, false);
         mirror(nodes, &Sum::momentum, walls, true);
+        if constexpr (Volume::averages_volume) sum_rates(nodes, walls);
         for (Particle& p : particles_) {
             const auto taken = by_definition::taken_from<Kernel>(
                 domain_, p.position, [&](const Node& node) { return nodes.at(wrapped_index(node.index)).momentum; });
             constexpr bool moment = g2p_needs_moment<Kernel, Transfer, Force>;
             const Mat<T, D>& C = moment ? taken.affine : taken.gradient;
-            const Mat<T, D>& L = Force::weight_gradients ? taken.gradient : C;
+            Mat<T, D> L = Force::weight_gradients ? taken.gradient : C;
+            if constexpr (Volume::averages_volume) {
+                T average = T(0);
+                for_nodes(p.position, [&](const Node& node, const auto& index) {
+                    average += node.weight * nodes.at(index).rates / nodes.at(index).volume;
+                });
+                L = Volume::velocity_gradient(L, average);
+            }
             Vec<T, D> velocity = taken.velocity, motion = velocity;
             if constexpr (blended) {
                 Vec<T, D> before = Vec<T, D>::zero();
@@ -157,10 +166,37 @@ private:
     /// Momentum, or velocity, and mass of a node; `before`: without forces.
     struct Sum {
         Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero();
-        T mass = T(0);
+        T mass = T(0), rates = T(0), volume = T(0);  ///< rates: Σ N V0 tr ∇v; volume: Σ N V0
     };
     using Nodes = std::map<std::array<int, std::size_t(D)>, Sum>;
 
+    /// Sums the rates of volume change of particles up at the nodes.
+    template <class Walls>
+    void sum_rates(Nodes& nodes, const Walls& walls) const {
+        for (const Particle& p : particles_) {
+            const auto taken = by_definition::taken_from<Kernel>(
+                domain_, p.position, [&](const Node& node) { return nodes.at(wrapped_index(node.index)).momentum; });
+            const T rate = trace(g2p_needs_gradient<Kernel, Transfer, Force> ? taken.gradient : taken.affine);
+            for_nodes(p.position, [&](const Node& node, const auto& index) {
+                nodes.at(index).rates += node.weight * p.volume * rate;
+                nodes.at(index).volume += node.weight * p.volume;
+            });
+        }
+        if constexpr (has_mirrors<Walls>)
+            walls.mirrors([&](int axis, const T& position, int, Contact, const T&, int) {
+                const int on = int(std::lround((position.value - domain_.lower[axis]) / domain_.cell_size));
+                for (auto& [index, sum] : nodes) {
+                    if (index[std::size_t(axis)] != on + 1) continue;
+                    auto other = index;
+                    other[std::size_t(axis)] = on - 1;
+                    const auto found = nodes.find(other);
+                    if (found == nodes.end()) continue;
+                    Sum& behind = found->second;
+                    sum.rates = behind.rates = sum.rates + behind.rates;
+                    sum.volume = behind.volume = sum.volume + behind.volume;
+                }
+            });
+    }
     /// Lets mirrored walls act, one after the other, on columns of three nodes.
     template <class Walls>
     void mirror(Nodes& nodes, Vec<T, D> Sum::* velocity, const Walls& walls, bool with_friction) const {

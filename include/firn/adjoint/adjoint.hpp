@@ -12,6 +12,7 @@
 #include <firn/adjoint/mirror.hpp>
 #include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
+#include <firn/adjoint/volume.hpp>
 #include <firn/simulation.hpp>
 
 #include <cmath>
@@ -63,7 +64,7 @@ struct DerivativeCheck {
 /// between are taken again, to the bit. \see Checkpoints
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
-/// is made, with a usage_error that names the pass: FBar, VolumeFilter, FMPM, passes of the program; loads,
+/// is made, with a usage_error that names the pass: VolumeFilter, FMPM, passes of the program; loads,
 /// forces between particles, sources and sinks; a boundary that moves by code of the program which is not a
 /// template over the scalar.
 template <class Simulation>
@@ -156,6 +157,7 @@ private:
     using T = traced<P>;
     using Kernel = typename Simulation::kernel_type;
     using Force = typename Simulation::force_type;
+    using Volume = decltype(Simulation::volume);
     static constexpr bool blended = blends_velocities<Transfer>;
 
     /// What the nodes held after the P2G of a step: momenta and masses, and velocities before forces if the transfer
@@ -233,8 +235,9 @@ private:
     template <class Acceleration>
     void back_by(double dt, const Acceleration& acceleration, Interval& interval);
     template <class Acceleration>
-    void mirror_back(double dt, const Acceleration& acceleration, Interval& interval);
-    bool mirror_before_back();
+    void mirror_back(double dt, const Acceleration& acceleration, const Mirrors& mirrors, Interval& interval);
+    template <class Sets>
+    void mirror_before_back(const Sets& sets, const Mirrors& mirrors);
     void add_measures(std::size_t state);
     void note_norms(std::size_t state, Gradient<Simulation>& gradient);
     void fit_bars();
@@ -269,6 +272,7 @@ private:
     Nodes nodes_;                     // of the step that goes back
     Nodes* keep_ = nullptr;           // receives the nodes of the step that is taken
     aligned_vector<S> momenta_before_;
+    VolumeMemory<S> volume_memory_;
     SparseGrid<S, D> bar_grid_, bar_before_, before_walls_;
 };
 

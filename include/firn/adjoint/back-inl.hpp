@@ -87,6 +87,7 @@ void Adjoint<Simulation>::fit_bars() {
         const std::size_t slots = set.partition.order.size();
         bars_[k].records.resize(slots * std::size_t(detail::record_size<Force, D>));
         if (blended) bars_[k].records_before.resize(slots * std::size_t(D + D * D));
+        if (Volume::averages_volume) bars_[k].of_averages.resize(slots);
     });
 }
 
@@ -139,9 +140,9 @@ void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleratio
 
 template <class Simulation>
 template <class Acceleration>
-void Adjoint<Simulation>::mirror_back(double dt, const Acceleration& acceleration, Interval& interval) {
+void Adjoint<Simulation>::mirror_back(double dt, const Acceleration& acceleration, const Mirrors& mirrors,
+                                      Interval& interval) {
     if constexpr (has_mirrors<Boundary>) {
-        const Mirrors mirrors = mirrors_of<Kernel>(simulation_.boundary, simulation_.domain());
         if (mirrors.planes.empty()) return;
         const int threads = simulation_.workers();
         before_walls_.activate(simulation_.partitions(), threads);
@@ -155,24 +156,16 @@ void Adjoint<Simulation>::mirror_back(double dt, const Acceleration& acceleratio
 }
 
 template <class Simulation>
-bool Adjoint<Simulation>::mirror_before_back() {
-    if constexpr (has_mirrors<Boundary>) {
-        const Mirrors mirrors = mirrors_of<Kernel>(simulation_.boundary, simulation_.domain());
-        if (mirrors.planes.empty()) return false;
-        const int threads = simulation_.workers();
-        const auto sets = simulation_.motions();
-        using View = MotionView<S, D, BlockedSpan<S>>;
-        before_walls_.activate(simulation_.partitions(), threads);
-        p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(simulation_.execution, before_walls_, 0.0,
-                                                            ParticleSets<View>(sets));
-        const S* const momenta = before_walls_.nodes(0);
-        momenta_before_.assign(momenta, momenta + nodes_.momenta.size());
-        detail::divide_by_masses(threads, before_walls_);
-        std::vector<double> by_wall(mirrors.planes.size());
-        detail::mirror_nodes_back(threads, before_walls_, bar_before_, mirrors, false, by_wall);
-        return true;
-    }
-    return false;
+template <class Sets>
+void Adjoint<Simulation>::mirror_before_back(const Sets& sets, const Mirrors& mirrors) {
+    const int threads = simulation_.workers();
+    before_walls_.activate(simulation_.partitions(), threads);
+    p2g<Kernel, Transfer, detail::NoForceFor<Transfer>>(simulation_.execution, before_walls_, 0.0, sets);
+    const S* const momenta = before_walls_.nodes(0);
+    momenta_before_.assign(momenta, momenta + nodes_.momenta.size());
+    detail::divide_by_masses(threads, before_walls_);
+    std::vector<double> by_wall(mirrors.planes.size());
+    detail::mirror_nodes_back(threads, before_walls_, bar_before_, mirrors, false, by_wall);
 }
 
 template <class Simulation>
@@ -184,20 +177,32 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
     fit_bars();
 
     // G2P backwards: records, then their scatter.
+    using Sets = ParticleSets<MotionView<S, D, BlockedSpan<S>>>;
+    const auto motion_sets = simulation_.motions();
+    const Sets motions(motion_sets);
+    const Mirrors mirrors = mirrors_of<Kernel>(simulation_.boundary, simulation_.domain());
     std::vector<ParticleSet<detail::RecordView<MotionView<S, D, BlockedSpan<S>>>>> records, records_before;
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         Bars& bars = bars_[k];
         const auto view = set.particles.view(), bar = bars_of<Set>(bars);
+        if constexpr (Volume::averages_volume)
+            average_volume<Kernel, Transfer, Force>(simulation_.execution, grid, volume_memory_, mirrors, k, motions);
         const BlockedSpan<S> of_velocities{bars.records.data(), detail::record_size<Force, D>},
-            of_before{bars.records_before.data(), D + D * D};
+            of_before{bars.records_before.data(), D + D * D}, of_averages{bars.of_averages.data(), 1};
         using Material = std::remove_cvref_t<decltype(set.material)>;
-        const detail::G2PBack<Kernel, Transfer, Force, Material, S, D,
+        const detail::G2PBack<Kernel, Transfer, Force, Volume, Material, S, D,
                               typename std::remove_cvref_t<decltype(view)>::state_type>
-            go(view, bar, set.partition, grid, set.material, dt, simulation_.transfer, of_velocities, of_before);
+            go(view, bar, set.partition, grid, set.material, dt, simulation_.transfer, of_velocities, of_before,
+               of_averages);
         const std::size_t of_material = go.of_material(), of_transfer = go.of_transfer();
         detail::OrderedSums sums(set.partition.groups.size(), of_material + of_transfer);
         parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) { go(g, sums.of(g)); });
         sums.add_to(of_material_[k], of_material, interval.of_transfer);
+        if constexpr (Volume::averages_volume) {
+            bar_grid_.activate(simulation_.partitions(), threads);
+            detail::average_volume_back<Kernel, Transfer, Force>(simulation_.execution, grid, mirrors, view, bar,
+                                                                 set.partition, of_averages, bar_grid_, of_velocities);
+        }
         records.push_back({{view.position, of_velocities}, set.partition});
         if (blended) records_before.push_back({{view.position, of_before}, set.partition});
     });
@@ -209,7 +214,7 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
     scatter(bar_grid_, records, std::type_identity<Force>{});
 
     // Walls and the grid update backwards.
-    mirror_back(dt, acceleration, interval);
+    mirror_back(dt, acceleration, mirrors, interval);
     const Vec<double, D> corner = simulation_.domain().lower;
     const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
     const auto lifted = lift<T>(here);
@@ -224,7 +229,9 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
                here, lifted, interval.of_acceleration, interval.of_boundary);
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
-        if (!mirror_before_back()) {
+        if (!mirrors.planes.empty()) {
+            mirror_before_back(motions, mirrors);
+        } else {
             // The nodes hold velocities; their momenta are velocity × mass.
             const S* const velocities = grid.layer(layer::before_forces);
             momenta_before_.resize(nodes_.momenta.size());

@@ -14,7 +14,7 @@ namespace firn::inline FIRN_BUILD::detail {
 template <std::floating_point S, int D>
 class ParticleAdjoints {
 public:
-    aligned_vector<S> records, records_before;  ///< Room for records. \see G2PBack
+    aligned_vector<S> records, records_before, of_averages;  ///< Room for what G2PBack writes.
 
     /// Brings the adjoints into the order of the particles. The first time, all are 0.
     /// \param table  the fields of the particles

@@ -129,11 +129,24 @@ FIRN_INLINE P2GRecord<P, D> give_back_to_grid(const G2PSums<P, D>& sums, const V
     return record;
 }
 
+/// Stores records, without their masses.
+template <class S, class P, int D>
+FIRN_INLINE void store_record(const BlockedSpan<S>& to, const Slots& slots, const P2GRecord<P, D>& record,
+                              bool gradients) {
+    unroll<D>([&](auto k) FIRN_LAMBDA { to.store(slots, k, record.momentum.v[k]); });
+    unroll<D * D>([&](auto k) FIRN_LAMBDA {
+        to.store(slots, D + k, record.affine.m[k]);
+        if (gradients) to.store(slots, D + D * D + k, record.gradient.m[k]);
+    });
+}
+
 /// The way back of G2P for the particles of a set: reads the adjoints of the new particles from `bar` and writes those
 /// of the old ones, and the records whose scatter gives the adjoints of the node velocities.
 ///
 /// Of the stress and the affine field nothing is left: both are new after a step. The way back of P2G adds to them.
-template <class Kernel, class Transfer, class Force, class Material, std::floating_point S, int D, class State>
+/// \tparam Volume  a volumetric policy. If it averages, the nodes hold the average rates in place of the masses
+template <class Kernel, class Transfer, class Force, class Volume, class Material, std::floating_point S, int D,
+          class State>
 class G2PBack {
     using P = native_pack<S>;
     using T = traced<P>;
@@ -144,9 +157,10 @@ class G2PBack {
 
 public:
     /// \param records  of record_size() components;  \param records_before  of the same, for transfers that blend
+    /// \param of_averages  receives the adjoints of the average rates of volume change, if the policy averages
     G2PBack(const View& view, const View& bar, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
             const Material& material, double dt, const Transfer& transfer, BlockedSpan<S> records,
-            BlockedSpan<S> records_before)
+            BlockedSpan<S> records_before, BlockedSpan<S> of_averages)
         : view_(view),
           bar_(bar),
           partition_(partition),
@@ -160,7 +174,8 @@ public:
           dt_(S(dt)),
           per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)),
           records_(records),
-          records_before_(records_before) {}
+          records_before_(records_before),
+          of_averages_(of_averages) {}
 
     /// Returns the number of parameters of the material.
     std::size_t of_material() const { return count_of_inputs<P>(material_); }
@@ -198,7 +213,10 @@ public:
             [&](const Slots& slots, std::size_t slot, int lane) {
                 const G2PSums<P, D> sums_at = of_pack.lanes(lane);
                 const Vec<P, D> offset = pack.offset(lane), place = load_vector<P, D>(view_.position, slots);
-                const auto taken = take_from_grid<Kernel, Transfer, Force>(sums_at, offset, h, plain_transfer);
+                auto taken = take_from_grid<Kernel, Transfer, Force>(sums_at, offset, h, plain_transfer);
+                [[maybe_unused]] const Mat<P, D> own_gradient = taken.velocity_gradient;
+                if constexpr (Volume::averages_volume)
+                    taken.velocity_gradient = Volume::velocity_gradient(own_gradient, of_pack.fourth(lane));
                 G2PResult<P, D> result{load_vector<P, D>(bar_.velocity, slots), Mat<P, D>::zero(), {}};
                 unroll<D * D>([&](auto k) FIRN_LAMBDA {
                     if constexpr (Transfer::affine) result.affine.m[k] = bar_.affine.template load<P>(slots, k);
@@ -250,9 +268,23 @@ public:
                 } else {
                     result.velocity += motion_bar;
                 }
+                P average_bar = P(0);
+                if constexpr (Volume::averages_volume) {
+                    tape.cut(start);
+                    const Mat<T, D> gradient = inputs(own_gradient);
+                    const T average = T::input(of_pack.fourth(lane));
+                    const Mat<T, D> averaged = Volume::velocity_gradient(gradient, average);
+                    tape.begin();
+                    seed(averaged, result.velocity_gradient);
+                    tape.back();
+                    result.velocity_gradient = adjoint_of(gradient);
+                    average_bar = adjoint_of(average);
+                    of_averages_.store(slots, 0, average_bar);
+                }
                 Vec<P, D> offset_bar;
-                const P2GRecord<P, D> record =
+                P2GRecord<P, D> record =
                     give_back_to_grid<Kernel, Transfer, Force>(sums_at, offset, h, result, offset_bar);
+                record.mass = average_bar;  // the average is the sum of the nodes' fourth numbers
 
                 const Vec<P, D> fraction = locate<Kernel>(places.template position<P>(slot)).fraction;
                 constexpr bool gradients = Force::weight_gradients;
@@ -278,14 +310,6 @@ public:
     }
 
 private:
-    static void store_record(const BlockedSpan<S>& to, const Slots& slots, const P2GRecord<P, D>& record,
-                             bool gradients) {
-        unroll<D>([&](auto k) FIRN_LAMBDA { to.store(slots, k, record.momentum.v[k]); });
-        unroll<D * D>([&](auto k) FIRN_LAMBDA {
-            to.store(slots, D + k, record.affine.m[k]);
-            if (gradients) to.store(slots, D + D * D + k, record.gradient.m[k]);
-        });
-    }
     /// Returns the affine field before the transfer has taken its part.
     FIRN_INLINE static Mat<P, D> whole_affine(const G2PSums<P, D>& sums, const Vec<P, D>& d, const P& h) {
         return take_from_grid<Kernel, Transfer, Force, P, D, WholeField>(sums, d, h, WholeField{}).affine;
@@ -307,7 +331,7 @@ private:
     LiftedTransfer transfer_;
     Transfer transfer_given_;
     S h_, dt_, per_velocity_;
-    BlockedSpan<S> records_, records_before_;
+    BlockedSpan<S> records_, records_before_, of_averages_;
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail

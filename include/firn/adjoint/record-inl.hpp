@@ -41,7 +41,8 @@ template <class Simulation>
 void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
     for (const Pass<S, D>& pass : simulation_.passes()) {
         constexpr std::string_view known[] = {
-            "sort", "push", "p2g", "grid update", "g2p", "end g2p", "sinks and sources"};
+            "sort", "push",           "p2g",     "grid update",      "average volumes",
+            "g2p",  "restore masses", "end g2p", "sinks and sources"};
         if (std::ranges::find(known, pass.name) == std::end(known))
             throw usage_error(sentence("The pass \"", pass.name,
                                        "\" of this simulation has no way back, so there are no derivatives through "

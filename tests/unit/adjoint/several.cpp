@@ -9,7 +9,8 @@ using namespace derivatives;
 namespace several_gradient_tests {
 namespace {
 
-using Two = SimulationWith<2, Materials<FixedCorotated<double>, Sand<double>>>;
+template <class Volume>
+using Two = SimulationWith<2, Materials<FixedCorotated<double>, Sand<double>>, Volume>;
 
 /// What may change.
 struct Start {
@@ -17,50 +18,52 @@ struct Start {
 };
 
 /// Two blocks side by side, each of which runs into the other.
-Two made(const Start& start) {
+template <class Volume>
+Two<Volume> made(const Start& start) {
     auto sand = Sand<double>::from_properties({.young = 1e5});
     sand.mu = start.sand_mu;
     sand.friction_angle = start.friction_angle;
-    Two simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16), Materials{FixedCorotated<double>{start.mu, start.lambda}, sand},
-                   {}, walls_of_run<2>());
+    Two<Volume> simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16),
+                           Materials{FixedCorotated<double>{start.mu, start.lambda}, sand}, {}, walls_of_run<2>());
     simulation.fixed_time_step = 1e-3;
     simulation.warn = {};
     const SamplingOptions options{.spacing = 1. / 32, .pattern = Pattern::lattice};
-    simulation.set<0>().add(sample_box(Vec<double, 2>{0.43, 0.2}, Vec<double, 2>{0.6, 0.4}, options), 1000,
-                            {start.velocity, 0.1});
-    simulation.set<1>().add(sample_box(Vec<double, 2>{0.2, 0.22}, Vec<double, 2>{0.4, 0.42}, options), 1500,
-                            {start.sand_velocity, 0});
+    simulation.template set<0>().add(sample_box(Vec<double, 2>{0.43, 0.2}, Vec<double, 2>{0.6, 0.4}, options), 1000,
+                                     {start.velocity, 0.1});
+    simulation.template set<1>().add(sample_box(Vec<double, 2>{0.2, 0.22}, Vec<double, 2>{0.4, 0.42}, options), 1500,
+                                     {start.sand_velocity, 0});
     return simulation;
 }
 /// The kinetic energy of the sand and how wide the jelly lies.
 constexpr auto energy = [](const auto& p) { return p.mass * dot(p.velocity, p.velocity); };
 constexpr auto width = [](const auto& p) { return p.position[0] * p.position[0]; };
 
+template <class Volume>
 double value(const Start& start) {
-    Two simulation = made(start);
+    auto simulation = made<Volume>(start);
     simulation.advance(8e-3);
     Adjoint after(simulation);
-    return after.measure<1>(energy) + after.measure<0>(width);
+    return after.template measure<1>(energy) + after.template measure<0>(width);
 }
 
-}  // namespace
-
-TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
+template <class Volume>
+void check_two() {
     const Start start;
-    Two simulation = made(start);
+    auto simulation = made<Volume>(start);
     Adjoint adjoint(simulation);
     adjoint.advance(8e-3);
-    adjoint.measure<1>(energy);
-    adjoint.measure<0>(width);
+    adjoint.template measure<1>(energy);
+    adjoint.template measure<0>(width);
     const auto gradient = adjoint.gradient();
+    const auto &jelly_gradient = gradient.template set<0>(), &sand_gradient = gradient.template set<1>();
     double velocity = 0, sand_velocity = 0;
-    for (const auto& v : gradient.set<0>().velocity) velocity += v[0];
-    for (const auto& v : gradient.set<1>().velocity) sand_velocity += v[0];
+    for (const auto& v : jelly_gradient.velocity) velocity += v[0];
+    for (const auto& v : sand_gradient.velocity) sand_velocity += v[0];
     const std::tuple<double Start::*, double, const char*> all[] = {
-        {&Start::mu, gradient.set<0>().material.mu, "mu"},
-        {&Start::lambda, gradient.set<0>().material.lambda, "lambda"},
-        {&Start::sand_mu, gradient.set<1>().material.mu, "mu of sand"},
-        {&Start::friction_angle, gradient.set<1>().material.friction_angle, "friction angle of sand"},
+        {&Start::mu, jelly_gradient.material.mu, "mu"},
+        {&Start::lambda, jelly_gradient.material.lambda, "lambda"},
+        {&Start::sand_mu, sand_gradient.material.mu, "mu of sand"},
+        {&Start::friction_angle, sand_gradient.material.friction_angle, "friction angle of sand"},
         {&Start::velocity, velocity, "velocity of the jelly"},
         {&Start::sand_velocity, sand_velocity, "velocity of the sand"}};
     for (const auto& [number, got, name] : all) {
@@ -68,7 +71,7 @@ TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
         const auto at = [&, member = number](double t) {
             Start other = start;
             other.*member += t;
-            return value(other);
+            return value<Volume>(other);
         };
         double least = std::numeric_limits<double>::infinity();
         for (const double relative : {1e-4, 1e-5, 1e-6}) {
@@ -79,6 +82,13 @@ TEST_CASE("gradients of two materials on one grid", "[adjoint]") {
         CHECK(got != 0);
         CHECK(least < 1e-6);
     }
+}
+
+}  // namespace
+
+TEST_CASE("gradients of two materials on one grid", "[adjoint]") { check_two<OwnVolume>(); }
+TEST_CASE("gradients of two materials, each with its own average of the rate of volume change", "[adjoint]") {
+    check_two<FBar>();
 }
 
 TEST_CASE("gradients by the parameters of an acceleration field, in each interval", "[adjoint]") {
