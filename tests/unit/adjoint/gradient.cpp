@@ -259,9 +259,6 @@ TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     SimulationWith<2, FixedCorotated<double>, Lift<double>> sinking(Domain<2>({0, 0}, {1, 1}, 1. / 16), jelly,
                                                                     Lift<double>{0.1});
     check_refused<usage_error>([&] { Adjoint adjoint(sinking); }, "advanced() is not a template over the scalar");
-    Elastic mirrored = falling();
-    mirrored.boundary.nodes_behind = NodesBehind::mirrored;
-    check_refused<usage_error>([&] { Adjoint adjoint(mirrored); }, "Mirrored walls");
     Elastic loaded = falling();
     loaded.add_load({0, 1}, [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
     check_refused<usage_error>([&] { Adjoint adjoint(loaded); }, "loads");

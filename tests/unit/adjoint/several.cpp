@@ -55,7 +55,8 @@ void check_two() {
     adjoint.template measure<1>(energy);
     adjoint.template measure<0>(width);
     const auto gradient = adjoint.gradient();
-    const auto &jelly_gradient = gradient.template set<0>(), &sand_gradient = gradient.template set<1>();
+    const auto& jelly_gradient = gradient.template set<0>();
+    const auto& sand_gradient = gradient.template set<1>();
     double velocity = 0, sand_velocity = 0;
     for (const auto& v : jelly_gradient.velocity) velocity += v[0];
     for (const auto& v : sand_gradient.velocity) sand_velocity += v[0];
