@@ -96,12 +96,21 @@ public:
         for (auto& [index, sum] : nodes) {
             Vec<T, D> x;
             for (int a = 0; a < D; ++a) x[a] = T(domain_.lower[a] + h * index[std::size_t(a)]);
-            sum.momentum = node_velocity(sum.momentum, sum.mass, x, gravity_, T(dt),
-                                         firn::detail::AllAtOnce<decltype(walls), T>{walls, T(1)});
+            const auto velocity = [&](const auto& boundary) {
+                return node_velocity(sum.momentum, sum.mass, x, gravity_, T(dt), boundary);
+            };
+            sum.position = x, sum.first_mass = sum.mass, sum.without_walls = velocity(NoBoundary{});
+            sum.momentum = velocity(firn::detail::AllAtOnce<decltype(walls), T>{walls, T(1)});
             sum.before = sum.before * (T(1) / sum.mass);
         }
         if constexpr (blended) mirror(nodes, &Sum::before, walls, false);
         mirror(nodes, &Sum::momentum, walls, true);
+        reaction_ = {Vec<T, D>::zero(), firn::no_spin<T, D>()};
+        for (const auto& [index, sum] : nodes) {
+            const Vec<T, D> impulse = (sum.momentum - sum.without_walls) * sum.first_mass;
+            reaction_.impulse += impulse;
+            reaction_.angular_impulse += axial_product(sum.position, impulse);
+        }
         if constexpr (Volume::averages_volume) sum_rates(nodes, walls);
         for (Particle& p : particles_) {
             const auto taken = by_definition::taken_from<Kernel>(
@@ -148,6 +157,8 @@ public:
         boundary_ = advanced(boundary_, dt);
     }
 
+    /// Returns the reaction of the whole boundary in the last step, about the origin.
+    const MeasuredReaction<T, D>& reaction() const { return reaction_; }
     /// Returns how often a particle has flowed so far.
     std::size_t flows() const { return flows_; }
     /// Returns Σ f(particle), and its derivative.
@@ -165,7 +176,8 @@ private:
 
     /// Momentum, or velocity, and mass of a node; `before`: without forces.
     struct Sum {
-        Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero();
+        Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero(), position, without_walls;
+        T first_mass;
         T mass = T(0), rates = T(0), volume = T(0);  ///< rates: Σ N V0 tr ∇v; volume: Σ N V0
     };
     using Nodes = std::map<std::array<int, std::size_t(D)>, Sum>;
@@ -253,6 +265,7 @@ private:
     with_scalar_t<Transfer, T> transfer_;
     Vec<T, D> gravity_;
     std::vector<Particle> particles_;
+    MeasuredReaction<T, D> reaction_;
     std::size_t flows_ = 0;
 };
 

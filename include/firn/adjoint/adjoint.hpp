@@ -12,11 +12,13 @@
 #include <firn/adjoint/mirror.hpp>
 #include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
+#include <firn/adjoint/reaction.hpp>
 #include <firn/adjoint/volume.hpp>
 #include <firn/simulation.hpp>
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <vector>
@@ -121,6 +123,22 @@ public:
     template <std::size_t I = 0>
     void measure_own(std::vector<Vec<double, D>> by_position, std::vector<Vec<double, D>> by_velocity);
 
+    /// Measures what a part of the boundary exerted on matter in the last step: adds f(reaction). The simulation must
+    /// have counted the reactions: let it have `reactions` before the step. Angular impulses about a part that moves
+    /// need a point of the program's own, Reactions::about.
+    /// \param part  index of the part, in the order of Reactions::parts
+    /// \param f     f(reaction) takes a MeasuredReaction of any scalar type, and returns this scalar
+    /// \return the value of f
+    /// \throws usage_error      if the simulation was advanced or changed without the adjoint, or counts no reactions
+    /// \throws parameter_error  if the boundary has no such part
+    template <class Function>
+    double measure_reaction(std::size_t part, const Function& f);
+
+    /// Measures a reaction after every step from now on: adds f(reaction) each time. With the impulse itself, the sum
+    /// is the impulse of all these steps. \see measure_reaction
+    template <class Function>
+    void measure_reaction_steps(std::size_t part, const Function& f);
+
     /// Returns the sum of all measures so far, except those of measure_own(), whose values are not known.
     double measured() const { return measured_; }
 
@@ -182,7 +200,7 @@ private:
         Transfer transfer;
         // Takes a step of dt [s], with the acceleration changed by t times a direction.
         std::function<void(double dt, const typename Gradient<Simulation>::OfInterval* direction, double t)> step;
-        std::function<void(double, Interval&)> back;
+        std::function<void(std::size_t step, Interval&)> back;
         std::vector<double> of_acceleration, of_boundary, of_transfer;
         std::vector<std::string> names;
         bool is_uniform;
@@ -233,12 +251,16 @@ private:
     void bring_state(std::size_t state);
     void back(std::size_t step);
     template <class Acceleration>
-    void back_by(double dt, const Acceleration& acceleration, Interval& interval);
+    void back_by(std::size_t step, const Acceleration& acceleration, Interval& interval);
     template <class Acceleration>
-    void mirror_back(double dt, const Acceleration& acceleration, const Mirrors& mirrors, Interval& interval);
+    void mirror_back(std::size_t step, const Acceleration& acceleration, const Mirrors& mirrors, Interval& interval);
     template <class Sets>
     void mirror_before_back(const Sets& sets, const Mirrors& mirrors);
     void add_measures(std::size_t state);
+    /// Returns the derivatives of the measures by the reactions in a step; nothing if none were measured.
+    const std::vector<Reaction<D>>& by_reactions_of(std::size_t step) const;
+    template <class Function>
+    double add_reaction(std::size_t part, const Function& f);
     void note_norms(std::size_t state, Gradient<Simulation>& gradient);
     void fit_bars();
     /// Returns the arrays of the adjoints of a set's particles.
@@ -263,7 +285,9 @@ private:
     std::vector<double> dts_;      // of each step
     Boundary left_;                // after the last step
     std::vector<Interval> intervals_;
-    std::vector<Measure> measures_, each_step_;
+    std::vector<Measure> measures_;
+    std::vector<std::function<void()>> each_step_;                  // measures again
+    std::map<std::size_t, std::vector<Reaction<D>>> by_reactions_;  // for a step: derivatives by those of each part
     double measured_ = 0;
     std::vector<std::uint32_t> repetitions_;
     std::vector<Bars> bars_;

@@ -97,7 +97,7 @@ void Adjoint<Simulation>::back(std::size_t step) {
     use(interval);
     if (interval.first == step) simulation_.boundary = interval.boundary;
     move_boundary_back(step, interval);
-    interval.back(dts_[step], interval);
+    interval.back(step, interval);
 }
 
 template <class Simulation>
@@ -109,6 +109,13 @@ void Adjoint<Simulation>::move_boundary_back(std::size_t step, Interval& interva
             if (!next.carried[k]) of[k] = 0;
     }
     of = detail::TracedMotion(simulation_.boundary, dts_[step]).back(of);
+}
+
+template <class Simulation>
+auto Adjoint<Simulation>::by_reactions_of(std::size_t step) const -> const std::vector<Reaction<D>>& {
+    static const std::vector<Reaction<D>> none;
+    const auto found = by_reactions_.find(step);
+    return found == by_reactions_.end() ? none : found->second;
 }
 
 template <class Simulation>
@@ -140,16 +147,17 @@ void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleratio
 
 template <class Simulation>
 template <class Acceleration>
-void Adjoint<Simulation>::mirror_back(double dt, const Acceleration& acceleration, const Mirrors& mirrors,
+void Adjoint<Simulation>::mirror_back(std::size_t step, const Acceleration& acceleration, const Mirrors& mirrors,
                                       Interval& interval) {
     if constexpr (has_mirrors<Boundary>) {
         if (mirrors.planes.empty()) return;
         const int threads = simulation_.workers();
         before_walls_.activate(simulation_.partitions(), threads);
         copy_nodes(nodes_.momenta, before_walls_);
-        detail::update_grid(threads, detail::one_rank<S, D>(), before_walls_, dt, acceleration, simulation_.boundary);
+        detail::update_grid(threads, detail::one_rank<S, D>(), before_walls_, dts_[step], acceleration,
+                            simulation_.boundary);
         std::vector<double> by_wall(mirrors.planes.size());
-        detail::mirror_nodes_back(threads, before_walls_, bar_grid_, mirrors, true, by_wall);
+        detail::mirror_nodes_back(threads, before_walls_, bar_grid_, mirrors, true, by_wall, by_reactions_of(step));
         const std::vector<std::size_t> of_walls = detail::frictions_of_mirrors(simulation_.boundary);
         for (std::size_t k = 0; k < by_wall.size(); ++k) interval.of_boundary[of_walls[k]] += by_wall[k];
     }
@@ -170,7 +178,8 @@ void Adjoint<Simulation>::mirror_before_back(const Sets& sets, const Mirrors& mi
 
 template <class Simulation>
 template <class Acceleration>
-void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, Interval& interval) {
+void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& acceleration, Interval& interval) {
+    const double dt = dts_[step];
     const int threads = simulation_.workers();
     SparseGrid<S, D>& grid = simulation_.grid_;
     bring_nodes(dt, acceleration);
@@ -214,19 +223,21 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
     scatter(bar_grid_, records, std::type_identity<Force>{});
 
     // Walls and the grid update backwards.
-    mirror_back(dt, acceleration, mirrors, interval);
+    const std::vector<Reaction<D>>& by_reactions = by_reactions_of(step);
+    mirror_back(step, acceleration, mirrors, interval);
     const Vec<double, D> corner = simulation_.domain().lower;
     const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
     const auto lifted = lift<T>(here);
     const auto nodes_back = [&](const S* momenta, S* bars, double time, const auto& field, const auto& from,
-                                const auto& walls, std::vector<double>& of_field, std::vector<double>& of_walls) {
+                                const auto& walls, std::vector<double>& of_field, std::vector<double>& of_walls,
+                                const std::vector<Reaction<D>>& by_reactions) {
         const std::size_t a = detail::count_of_inputs<P>(field), b = detail::count_of_inputs<P>(walls);
         detail::OrderedSums sums(grid.block_count(), a + b);
-        detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums);
+        detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums, by_reactions);
         sums.add_to(of_field, a, of_walls);
     };
     nodes_back(nodes_.momenta.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner),
-               here, lifted, interval.of_acceleration, interval.of_boundary);
+               here, lifted, interval.of_acceleration, interval.of_boundary, by_reactions);
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
         if (!mirrors.planes.empty()) {
@@ -247,7 +258,7 @@ void Adjoint<Simulation>::back_by(double dt, const Acceleration& acceleration, I
         std::vector<double> none, nothing;
         nodes_back(momenta_before_.data(), bar_before_.nodes(0), 0,
                    detail::traced_acceleration<P, D>(Vec<double, D>::zero(), corner), NoBoundary{}, NoBoundary{}, none,
-                   nothing);
+                   nothing, {});
     }
 
     // P2G backwards.

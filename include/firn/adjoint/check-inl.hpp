@@ -87,6 +87,7 @@ DerivativeCheck Adjoint<Simulation>::check(const Gradient<Simulation>& gradient,
     const Vec<double, D> gravity = simulation_.gravity;
     const Transfer transfer = simulation_.transfer;
     const Restored restored{*this, end, gravity, transfer};
+    if (!by_reactions_.empty()) simulation_.reactions = restored.reactions;
     std::vector<BlockCoordinate<D>> cells, others;
     const double at = value_along(direction, 0, cells), behind = value_along(direction, -h, others),
                  ahead = value_along(direction, h, cells);

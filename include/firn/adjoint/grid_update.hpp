@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/adjoint/inputs.hpp>
+#include <firn/adjoint/reaction.hpp>
 #include <firn/field/gravity.hpp>
 #include <firn/loops/grid_update.hpp>
 
@@ -11,14 +12,16 @@
 namespace firn::inline FIRN_BUILD::detail {
 
 /// A boundary whose parts act at once, as in the grid update, for masses in another unit.
-template <class Boundary, class P>
+/// \tparam Seen  a function: seen(part, before, after) is told what each part does to the velocity
+template <class Boundary, class P, class Seen = AnySurface>
 struct AllAtOnce {
     const Boundary& boundary;
     const P& unit_of_mass;  // [kg]
+    Seen seen{};
 
     template <class T, int D>
     Vec<T, D> velocity(const Vec<T, D>& x, const Vec<T, D>& v, const T& mass, const T& dt) const {
-        return velocity_among(boundary, x, v, NoOthers{}, AnySurface{}, NodeInertia<T>{mass * T(unit_of_mass), dt});
+        return velocity_among(boundary, x, v, NoOthers{}, seen, NodeInertia<T>{mass * T(unit_of_mass), dt});
     }
 };
 
@@ -27,9 +30,11 @@ struct AllAtOnce {
 /// \param bars     the adjoints of the nodes: of the velocities, and of the masses as far as what follows depends on
 /// them
 /// \param sums     for each block: the derivatives by the parameters of the acceleration, then of the boundary
+/// \param by_reactions  the derivatives of measures by the reactions of the boundary's parts in this step; empty: none
 template <std::floating_point S, int D, class Acceleration, class Lifted, class Boundary>
 void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* momenta, S* bars, double dt,
-                      const Acceleration& acceleration, const Boundary& here, const Lifted& lifted, OrderedSums& sums) {
+                      const Acceleration& acceleration, const Boundary& here, const Lifted& lifted, OrderedSums& sums,
+                      const std::vector<Reaction<D>>& by_reactions = {}) {
     using P = native_pack<S>;
     using T = traced<P>;
     constexpr int lanes = scalar_traits<P>::lanes;
@@ -67,9 +72,19 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
                 const auto velocity = [&](const auto& boundary) {
                     return node_velocity(momentum, mass, x, *field, T(P(S(dt))), boundary);
                 };
-                const Vec<T, D> v = reached ? velocity(AllAtOnce<Lifted, P>{**walls, unit}) : velocity(NoBoundary{});
+                T by_impulses(0);
+                const auto seen = [&](int part, const Vec<T, D>& before, const Vec<T, D>& after) {
+                    if (by_reactions.empty()) return;
+                    const Vec<P, D> by = by_impulse(by_reactions[std::size_t(part)], place, grid.domain().lower);
+                    unroll<D>([&](auto a) FIRN_LAMBDA {
+                        by_impulses += (after.v[a] - before.v[a]) * (mass * T(unit * by.v[a]));
+                    });
+                };
+                const Vec<T, D> v = reached ? velocity(AllAtOnce<Lifted, P, decltype(seen)>{**walls, unit, seen})
+                                            : velocity(NoBoundary{});
                 tape.begin();
                 seed(v, adjoint);
+                seed(by_impulses, P(1));
                 tape.back();
                 field.add_to(sums.of(b).first(field.count()));
                 if (reached) walls->add_to(sums.of(b).subspan(field.count()));

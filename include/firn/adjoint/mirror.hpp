@@ -2,7 +2,7 @@
 /// before.
 #pragma once
 
-#include <firn/adjoint/inputs.hpp>
+#include <firn/adjoint/reaction.hpp>
 #include <firn/loops/mirror.hpp>
 
 #include <vector>
@@ -63,9 +63,11 @@ template <class P, int D>
 /// \param values   velocities and masses of the nodes before the walls act. They are overwritten
 /// \param bars     the adjoints of velocities and masses, on the same blocks
 /// \param by_wall  for each wall, the derivative by its friction is added
+/// \param by_reactions  the derivatives of measures by the reactions of the boundary's parts in this step; empty: none
 template <std::floating_point S, int D>
 void mirror_nodes_back(int threads, SparseGrid<S, D>& values, SparseGrid<S, D>& bars, const Mirrors& mirrors,
-                       bool with_friction, std::vector<double>& by_wall) {
+                       bool with_friction, std::vector<double>& by_wall,
+                       const std::vector<Reaction<D>>& by_reactions = {}) {
     using P = native_pack<S>;
     using T = traced<P>;
     using Columns = BlockColumns<S, D>;
@@ -91,6 +93,22 @@ void mirror_nodes_back(int threads, SparseGrid<S, D>& values, SparseGrid<S, D>& 
         mirror_nodes(threads, one_rank<S, D>(), values, of.walls, with_friction);
     }
     const SurfaceWeights<T> weights{T(P(S(mirrors.weights.on))), T(P(S(mirrors.weights.beside)))};
+    // Reactions: impulses are changes of velocities times the masses before any wall has acted.
+    std::vector<S> by_mass(by_reactions.empty() ? 0 : numbers / node_width);
+    const auto for_impulses_of = [&](const Columns& columns, const MirrorPlane& plane, double sign) {
+        if (by_reactions.empty()) return;
+        columns.for_nodes([&](const S* node, const S* before, const S* after) {
+            const auto index = std::size_t(node - values.nodes(0)) / node_width;
+            const std::size_t block = index / std::size_t(block_nodes<D>);
+            const Vec<double, D> x = node_position(values, block, int(index % std::size_t(block_nodes<D>)));
+            const Vec<double, D> by = by_impulse(by_reactions[std::size_t(plane.part)], x, Vec<double, D>::zero());
+            for (int a = 0; a < D; ++a) {
+                bars.nodes(0)[index * node_width + a] +=
+                    S(sign * by[a] * double(axes[0].before[index * node_width + node_mass]));
+                if (sign < 0) by_mass[index] += S(by[a] * (double(after[a]) - double(before[a])));
+            }
+        });
+    };
     for (std::size_t k = axes.size(); k-- > 0;) {
         OfAxis& of = axes[k];
         copy(of.before.data(), values.nodes(0));
@@ -99,7 +117,14 @@ void mirror_nodes_back(int threads, SparseGrid<S, D>& values, SparseGrid<S, D>& 
             for (std::size_t p = 0; p < of.walls.planes.size(); ++p) {
                 const MirrorPlane& plane = of.walls.planes[p];
                 if (values.block_along(b, plane.axis) != plane.node >> 2) continue;
-                const Columns columns(values, plane, b);
+                Columns columns(values, plane, b);
+                if (!by_reactions.empty())
+                    columns.change([&](const NodeColumn<P, D>& column) {
+                        return mirrored(column, plane.axis, plane.inward, plane.contact,
+                                        P(S(with_friction ? plane.friction : 0)),
+                                        SurfaceWeights<P>{weights.on.value, weights.beside.value});
+                    });
+                for_impulses_of(columns, plane, 1);
                 Columns adjoints(bars, plane, b);
                 for (int first = 0; first < Columns::padded; first += scalar_traits<P>::lanes) {
                     const NodeColumn<P, D> at = columns.column(first);
@@ -109,11 +134,14 @@ void mirror_nodes_back(int threads, SparseGrid<S, D>& values, SparseGrid<S, D>& 
                     adjoints.set(first, bar);
                 }
                 adjoints.write();
+                for_impulses_of(columns, plane, -1);
             }
         };
         parallel_for(blocks, threads, act, 64);
         sums.add_to(std::span(by_wall).subspan(of.first));
     }
+    for (std::size_t index = 0; index < by_mass.size(); ++index)
+        bars.nodes(0)[index * node_width + node_mass] += by_mass[index];
 }
 
 }  // namespace firn::inline FIRN_BUILD::detail

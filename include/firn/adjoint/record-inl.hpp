@@ -123,7 +123,7 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
         moments_.push_back(simulation_.now_);
         repetitions_.push_back(0);
         kept_->keep(steps(), [&](Snapshot& to) { store(to); });
-        for (const Measure& measure : each_step_) add_measure(measure);
+        for (const auto& measure_again : each_step_) measure_again();
     });
     take();
     moments_.back() = simulation_.now_;  // advance() ends at its very end
@@ -157,7 +157,7 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
         }
         simulation_.step_by(dt, changed);
     };
-    next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
+    next.back = [this, acceleration](std::size_t step, Interval& interval) { back_by(step, acceleration, interval); };
     for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
         if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
             for (int a = 0; a < D; ++a) next.names.push_back(sentence(name, "[", a, "]"));
@@ -194,7 +194,54 @@ double Adjoint<Simulation>::measure(const Function& f, const Body* body) {
 template <class Simulation>
 template <std::size_t I, class Function>
 void Adjoint<Simulation>::measure_steps(const Function& f, const Body* body) {
-    each_step_.push_back(measure_of<I>(f, body));
+    each_step_.push_back([this, measure = measure_of<I>(f, body)] { add_measure(measure); });
+}
+
+template <class Simulation>
+template <class Function>
+double Adjoint<Simulation>::add_reaction(std::size_t part, const Function& f) {
+    const auto& reactions = simulation_.reactions;
+    if (!reactions)
+        throw usage_error(
+            "A measure of reactions needs a simulation that counts them: call simulation.reactions.emplace() before "
+            "the step.");
+    if (part >= reactions->parts.size())
+        throw parameter_error(sentence("The boundary has no part ", part, "; it has ", reactions->parts.size(), "."));
+    const Reaction<D> by = detail::derivative_by(reactions->parts[part], f);
+    const bool turns = [&] {
+        if constexpr (D == 2)
+            return by.angular_impulse != 0;
+        else
+            return norm(by.angular_impulse) > 0;
+    }();
+    if (turns && !reactions->about && by.about != Vec<double, D>::zero())
+        throw usage_error(
+            "This measure depends on the angular impulse about a part that may move. Let the program give the point, "
+            "simulation.reactions->about, which is held.");
+    std::vector<Reaction<D>>& parts = by_reactions_[steps() - 1];
+    parts.resize(reactions->parts.size());
+    parts[part].about = by.about;
+    parts[part] += by;
+    return add_measure({steps(), [] {},
+                        [this, part, f] {
+                            const Reaction<D>& now = simulation_.reactions->parts.at(part);
+                            return double(f(detail::measured_reaction<double>(now, [](double x) { return x; })));
+                        }});
+}
+
+template <class Simulation>
+template <class Function>
+double Adjoint<Simulation>::measure_reaction(std::size_t part, const Function& f) {
+    require_as_left();
+    if (steps() == 0) throw usage_error("There is no reaction before the first step: call step() or advance() first.");
+    return add_reaction(part, f);
+}
+
+template <class Simulation>
+template <class Function>
+void Adjoint<Simulation>::measure_reaction_steps(std::size_t part, const Function& f) {
+    require_as_left();
+    each_step_.push_back([this, part, f] { add_reaction(part, f); });
 }
 
 template <class Simulation>
