@@ -223,7 +223,6 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
     scatter(bar_grid_, records, std::type_identity<Force>{});
 
     // Walls and the grid update backwards.
-    const std::vector<Reaction<D>>& by_reactions = by_reactions_of(step);
     mirror_back(step, acceleration, mirrors, interval);
     const Vec<double, D> corner = simulation_.domain().lower;
     const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
@@ -237,7 +236,7 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
         sums.add_to(of_field, a, of_walls);
     };
     nodes_back(nodes_.momenta.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner),
-               here, lifted, interval.of_acceleration, interval.of_boundary, by_reactions);
+               here, lifted, interval.of_acceleration, interval.of_boundary, by_reactions_of(step));
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
         if (!mirrors.planes.empty()) {
