@@ -91,6 +91,11 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
+/// Whether S is a number with derivatives: dual or traced.
+template <class S>
+concept has_derivatives =
+    requires(const S a) { a.value; } && (requires(const S a) { a.derivative; } || requires(const S a) { a.node; });
+
 /// Returns tr V − 3 I for the left stretch V of F, where I is 1 or 0. With b = FFᵀ and J = det F, the trace is the
 /// largest root λ of
 ///
@@ -127,6 +132,8 @@ FIRN_INLINE S trace_of_stretch(const S& e1, const S& e2, const S& j) {
         const S bend = named("bend", S(3) * xx - Ib);           // f″ / 4
         return s - S(2) * value * slope / (S(8) * slope * slope - value * bend);
     };
+    // The derivatives of a root are those of one step from it.
+    if constexpr (has_derivatives<S>) return next(S(trace_of_stretch<I>(e1.value, e2.value, j.value)));
 
     S first = e1;
     if constexpr (I == 0)
