@@ -2,8 +2,9 @@
 /// dual numbers, from the kernel's own functions.
 #pragma once
 
-#include "support/catch.hpp"
 #include "support/scenes.hpp"
+
+#include <stdexcept>
 
 namespace by_definition {
 
@@ -86,7 +87,7 @@ Mat<double, D> matrix(const std::vector<S>& by_rows, std::size_t p) {
 template <class S, int D>
 std::size_t place_of(const SparseGrid<S, D>& grid, const Node<D>& node) {
     const S* of_node = grid.find_node(node.index);
-    if (!of_node) FAIL("The grid does not hold a node that a particle reaches.");
+    if (!of_node) throw std::logic_error("The grid does not hold a node that a particle reaches.");
     return std::size_t(of_node - grid.nodes(0));
 }
 

@@ -9,6 +9,7 @@
 #include <firn/adjoint.hpp>
 
 #include <map>
+#include <stdexcept>
 
 namespace tangent {
 
@@ -274,6 +275,8 @@ struct Compared {
     double gradient;  ///< the gradient times the direction
     double tangent;   ///< the derivative of the tangent run
     double terms;     ///< Σ |u_i (J v)_i|, where u are the weights of what is measured and v is the direction
+    double value, value_of_tangent;  ///< what is measured, by the simulation and by the tangent run
+    double flowing;                  ///< share of the particles that flow in the first step
 };
 
 /// Calls add(number) for each number of a particle that is measured, in an order of its own: position, velocity and
@@ -347,7 +350,7 @@ std::vector<Compared> compare(Simulation simulation, int steps, int directions) 
     Simulation start = simulation;
     Adjoint adjoint(simulation);
     adjoint.advance(steps * simulation.fixed_time_step);
-    REQUIRE(adjoint.steps() == std::size_t(steps));
+    if (adjoint.steps() != std::size_t(steps)) throw std::logic_error("The step is no power of two.");
     const double value = adjoint.measure(weighted);
     const auto gradient = adjoint.gradient();
     std::vector<Compared> all;
@@ -356,33 +359,21 @@ std::vector<Compared> compare(Simulation simulation, int steps, int directions) 
         auto direction = gradient.zero();
         fill(direction, start, random);
         Run<Simulation> run(start, direction);
+        double flowing = 0;
         for (int k = 0; k < steps; ++k) {
             run.step(simulation.fixed_time_step);
-            if constexpr (has_returned<typename Simulation::material_type, Simulation::dimension>)
-                if (k == 0) CHECK(2 * run.flows() >= start.particles().size());  // matter that could flow does
+            if (k == 0) flowing = double(run.flows()) / double(start.particles().size());
         }
         const T sum = run.measure(weighted);
-        CHECK(sum.value == Approx(value).epsilon(1e-9));  // the same run
         const T terms = run.measure([](const auto& p) {
             T total = T(0);
             int k = 0;
             for_measured(p, [&](const T& x) { total.derivative += std::abs(weight(p.id, k++) * x.derivative); });
             return total;
         });
-        all.push_back({gradient.along(direction), sum.derivative, terms.derivative});
+        all.push_back({gradient.along(direction), sum.derivative, terms.derivative, value, sum.value, flowing});
     }
     return all;
-}
-
-/// Checks that steps J and their way back are transposes of each other to rounding: |⟨u, J v⟩ − ⟨Jᵀu, v⟩| is at most
-/// 1e-12 Σ|u_i (J v)_i|.
-template <class Simulation>
-void check_transposed(const Simulation& simulation, int steps, int directions) {
-    for (const Compared& one : compare(simulation, steps, directions)) {
-        CAPTURE(one.gradient, one.tangent, one.terms);
-        CHECK(std::abs(one.gradient - one.tangent) <= 1e-12 * one.terms);
-        CHECK(one.terms > 0);
-    }
 }
 
 }  // namespace tangent

@@ -2,8 +2,7 @@
 /// material, a transfer, a kernel, a force form, a dimension and a contact of walls occurs.
 #pragma once
 
-#include "support/derivatives.hpp"
-#include "support/tangent.hpp"
+#include "support/gradient_checks.hpp"
 
 #include <tuple>
 

@@ -1,9 +1,8 @@
 // quick: no
 // sanitized: no
 /// \file The gradient where walls and colliders act, against difference quotients.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/message.hpp"
-#include "support/tangent.hpp"
 
 using namespace derivatives;
 

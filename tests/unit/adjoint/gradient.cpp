@@ -1,7 +1,7 @@
 // sanitized: -O1
 /// \file Gradients of short runs: closed forms, difference quotients, and the same bits for any number of threads and
 /// any memory.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/message.hpp"
 
 using namespace derivatives;

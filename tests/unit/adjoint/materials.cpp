@@ -1,7 +1,7 @@
 // quick: no
 // sanitized: no
 /// \file The gradient through materials that flow, against difference quotients.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 
 using namespace derivatives;
 

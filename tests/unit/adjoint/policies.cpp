@@ -1,7 +1,7 @@
 // part: full
 // sanitized: no
 /// \file The gradient through the other kernels, force forms, transfers and materials against difference quotients.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 
 using namespace derivatives;
 

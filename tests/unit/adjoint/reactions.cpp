@@ -1,9 +1,8 @@
 // quick: no
 // sanitized: no
 /// \file Gradients of measures of reactions.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/message.hpp"
-#include "support/tangent.hpp"
 
 namespace reaction_gradient_tests {
 using namespace firn;

@@ -2,7 +2,7 @@
 // sanitized: no
 /// \file Gradients of a run of two materials that touch, by what each had at the start, and by the parameters of
 /// acceleration fields, against difference quotients.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 
 using namespace derivatives;
 

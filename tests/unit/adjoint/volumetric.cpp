@@ -1,8 +1,7 @@
 // quick: no
 // sanitized: no
 /// \file The gradient through the average of the rates of volume change.
-#include "support/derivatives.hpp"
-#include "support/tangent.hpp"
+#include "support/gradient_checks.hpp"
 
 namespace volumetric_gradient_tests {
 using namespace firn;

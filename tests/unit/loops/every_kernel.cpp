@@ -1,6 +1,7 @@
 /// \file P2G and G2P with the narrowest and the widest kernel: by definition, conserving. (The quadratic one: p2g.cpp,
 /// g2p.cpp.)
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 
 using namespace firn;
 using by_definition::Case;

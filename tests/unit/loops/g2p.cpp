@@ -2,6 +2,7 @@
 // release: -O3
 /// \file G2P takes from the grid what the definition says, for dense matter and for spray.
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 
 using namespace firn;
 using scenes::Kind;

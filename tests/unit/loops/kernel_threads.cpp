@@ -2,6 +2,7 @@
 /// \file The narrowest and the widest kernel give the same bits for any number of threads. (The quadratic one:
 /// determinism/.)
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 #include "support/effort.hpp"
 
 using namespace firn;

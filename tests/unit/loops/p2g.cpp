@@ -1,5 +1,6 @@
 /// \file The executions of P2G make the same sums, conserve what they must, and refuse what would overflow.
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 
 #include <map>
 
