@@ -4,10 +4,9 @@
 ///
 /// A gradient does not see over the wall: a first throw that hits it, such as --vy 2.2, ends in front of it.
 #include "support/flat_picture.hpp"
+#include "support/minimise.hpp"
 #include "support/run.hpp"
 #include <firn/adjoint.hpp>
-
-#include <LBFGS.h>
 
 #include <cmath>
 
@@ -117,15 +116,9 @@ private:
 using Shape = std::vector<Point>;
 
 void paint(example::FlatPicture& picture, const std::vector<Shape>& shapes, example::Colour colour) {
-    for (const Shape& shape : shapes) {
-        std::vector<example::Stroke> strokes;
-        const auto radius = float(0.7 * side / std::sqrt(double(shape.size())));
-        for (const Point& x : shape) {
-            const std::array at{float(x[0]), float(x[1])};
-            strokes.push_back({at, at, radius, colour, false});
-        }
-        picture.paint(strokes);
-    }
+    for (const Shape& shape : shapes)
+        picture.paint(
+            example::discs(shape, 0.7 * side / std::sqrt(double(shape.size())), [&](std::size_t) { return colour; }));
 }
 
 example::Image drawn(const std::vector<Shape>& first, const std::vector<Shape>& found) {
@@ -167,13 +160,8 @@ int throw_a_jelly(int argc, char** argv) {
         settings.epsilon = settings.epsilon_rel = 1e-5;
         settings.past = 3;
         settings.delta = 1e-6;
-        LBFGSpp::LBFGSSolver<double> solver(settings);
         double value = 0;
-        try {
-            solver.minimize(thrower, x, value);
-        } catch (const std::exception& stopped) {  // its line search finds no better throw: there is a kink
-            std::printf("the optimiser stopped: %s\n", stopped.what());
-        }
+        example::minimise(settings, thrower, x, value);
     }
     const Throw found = Thrower::throw_of(x);
 

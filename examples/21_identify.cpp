@@ -262,12 +262,9 @@ struct Both {
 };
 
 void paint(example::FlatPicture& picture, const Points& points, Point aside, double radius, example::Colour colour) {
-    std::vector<example::Stroke> strokes;
-    for (const Point& x : points) {
-        const std::array at{float(x[0] + aside[0]), float(x[1] + aside[1])};
-        strokes.push_back({at, at, float(radius), colour, false});
-    }
-    picture.paint(strokes);
+    Points moved = points;
+    for (Point& x : moved) x += aside;
+    picture.paint(example::discs(moved, radius, [&](std::size_t) { return colour; }));
 }
 
 /// The beams on the left and the sand on the right: the first guess, over it what was found, over it the film.

@@ -5,10 +5,9 @@
 /// The floor holds with friction, so there are kinks: the gradient is that of the branch taken, and the optimiser stops
 /// where its line search finds no longer way. Another first gait may end in another one.
 #include "support/flat_picture.hpp"
+#include "support/minimise.hpp"
 #include "support/run.hpp"
 #include <firn/adjoint.hpp>
-
-#include <LBFGS.h>
 
 #include <cmath>
 #include <random>
@@ -183,20 +182,14 @@ example::Image drawn(const std::vector<Shape>& shapes, double spacing) {
     picture.paint(std::vector<example::Stroke>{{{0, -0.02F}, {2, -0.02F}, 0.02F, example::slate, false}});
     const Shape& rest = shapes.front();
     const std::size_t last = shapes.size() - 1;
-    for (const std::size_t moment : {std::size_t(0), last}) {
-        std::vector<example::Stroke> strokes;
-        for (std::size_t id = 0; id < rest.size(); ++id) {
-            const Point& x = shapes[moment][id];
-            const std::array at{float(x[0]), float(x[1])};
+    for (const std::size_t moment : {std::size_t(0), last})
+        picture.paint(example::discs(shapes[moment], 0.7 * spacing, [&](std::size_t id) {
             const int muscle = muscle_at(rest[id]);
-            const example::Colour colour = moment == 0       ? example::sand
-                                           : muscle < 0      ? example::coral
-                                           : muscle % 2 == 0 ? example::teal
-                                                             : example::amber;
-            strokes.push_back({at, at, float(0.7 * spacing), colour, false});
-        }
-        picture.paint(strokes);
-    }
+            return moment == 0       ? example::sand
+                   : muscle < 0      ? example::coral
+                   : muscle % 2 == 0 ? example::teal
+                                     : example::amber;
+        }));
     return picture.image();
 }
 
@@ -226,12 +219,7 @@ int walk(int argc, char** argv) {
         LBFGSpp::LBFGSParam<double> settings;
         settings.max_iterations = int(iterations);
         settings.epsilon = settings.epsilon_rel = 1e-5;
-        LBFGSpp::LBFGSSolver<double> solver(settings);
-        try {
-            solver.minimize(walker, gait, found);
-        } catch (const std::exception& stopped) {
-            std::printf("the optimiser stopped: %s\n", stopped.what());
-        }
+        example::minimise(settings, walker, gait, found);
         gait = walker.best;
         found = -walker.longest;
         goes_on = found < before - 0.002 && walker.runs < 10 * iterations;

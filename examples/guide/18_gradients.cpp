@@ -46,9 +46,10 @@ struct Distance {
 //!
 //! The steps are taken with the adjoint's `advance()` and `step()` in place of the simulation's. `measure(f)` adds the
 //! sum of `f` over the present particles to what is differentiated; `f` is a template over the scalar, like a material.
-//! It may be called at several times; `measure_steps(f)` adds it after every step. A program with a loss function of
-//! its own calls `measure_own()` with the derivatives by positions and velocities. `gradient()` goes back; afterwards
-//! the simulation is as before.
+//! It may be called at several times; `measure_steps(f)` adds it after every step. `measure_reaction(part, f)` and
+//! `measure_reaction_steps` measure what a wall or a collider exerts on matter. A program with a loss function of its
+//! own calls `measure_own()` with the derivatives by positions and velocities. `gradient()` goes back; afterwards the
+//! simulation is as before.
 //!
 //! The gradient has the names of what was set: `gradient.set().position[id]`, `velocity`, `affine`, `mass`, `volume`,
 //! `state` of each particle; `gradient.set().material.mu` for all particles; `gradient.intervals[k].gravity`,
@@ -123,9 +124,9 @@ int main() {
     //!
     //! ## What has no way back
     //!
-    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `FBar`, `VolumeFilter`,
-    //! `Fmpm`, passes of your own, mirrored walls, loads, forces between particles, sources and sinks are refused with
-    //! a sentence when the `Adjoint` is made.
+    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, `Fmpm`, passes
+    //! of your own, loads, forces between particles, sources and sinks are refused with a sentence when the `Adjoint`
+    //! is made.
     const double found = std::exp(now);
     std::printf("found %.1f Pa, true are %.1f Pa\n", found, truth);
     return std::abs(found / truth - 1) < 1e-4 ? EXIT_SUCCESS : EXIT_FAILURE;

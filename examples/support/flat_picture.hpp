@@ -24,6 +24,17 @@ struct Stroke {
     bool is_round = true;     ///< whether it is shaded as a ball or a tube, or flat
 };
 
+/// Returns a flat disc at each of some points. \param colour  colour(i) returns that of point i
+template <class Points, class Colour>
+std::vector<Stroke> discs(const Points& points, double radius, const Colour& colour) {
+    std::vector<Stroke> all;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::array at{float(points[i][0]), float(points[i][1])};
+        all.push_back({at, at, float(radius), std::uint8_t(colour(i)), false});
+    }
+    return all;
+}
+
 /// A picture of the rectangle from `lower` to `upper`, with a margin.
 class FlatPicture {
 public:
