@@ -240,6 +240,8 @@ private:
     void swap_with(Snapshot& from);
     void use(const Interval& interval);
     Interval& interval_of(std::size_t step);
+    /// Sets what the program had set for a step.
+    Interval& begin_step(std::size_t step);
     void move_boundary_back(std::size_t step, Interval& interval);
     void take_again(std::size_t step, Nodes* keep);
     void keep_nodes();

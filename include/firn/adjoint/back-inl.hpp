@@ -18,10 +18,16 @@ auto Adjoint<Simulation>::interval_of(std::size_t step) -> Interval& {
 }
 
 template <class Simulation>
-void Adjoint<Simulation>::take_again(std::size_t step, Nodes* keep) {
+auto Adjoint<Simulation>::begin_step(std::size_t step) -> Interval& {
     Interval& interval = interval_of(step);
     use(interval);
     if (interval.first == step) simulation_.boundary = interval.boundary;
+    return interval;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::take_again(std::size_t step, Nodes* keep) {
+    const Interval& interval = begin_step(step);
     keep_ = keep;
     interval.step(dts_[step], nullptr, 0);
     keep_ = nullptr;
@@ -93,9 +99,7 @@ void Adjoint<Simulation>::fit_bars() {
 
 template <class Simulation>
 void Adjoint<Simulation>::back(std::size_t step) {
-    Interval& interval = interval_of(step);
-    use(interval);
-    if (interval.first == step) simulation_.boundary = interval.boundary;
+    Interval& interval = begin_step(step);
     move_boundary_back(step, interval);
     interval.back(step, interval);
 }
@@ -264,10 +268,11 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         const auto view = set.particles.motion();
         const auto bar = motion_of(bars_of<Set>(bars_[k]));
-        detail::p2g_back<Kernel, Transfer, Force>(threads, view, bar, set.partition, grid, bar_grid_.nodes(0), dt);
+        detail::p2g_back<Kernel, Transfer, Force, true>(threads, view, bar, set.partition, grid, bar_grid_.nodes(0),
+                                                        dt);
         if constexpr (blended)
-            detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>>(threads, view, bar, set.partition, grid,
-                                                                             bar_before_.nodes(0), dt);
+            detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>, false>(threads, view, bar, set.partition,
+                                                                                    grid, bar_before_.nodes(0), dt);
     });
 }
 

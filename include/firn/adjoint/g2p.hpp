@@ -143,7 +143,8 @@ FIRN_INLINE void store_record(const BlockedSpan<S>& to, const Slots& slots, cons
 /// The way back of G2P for the particles of a set: reads the adjoints of the new particles from `bar` and writes those
 /// of the old ones, and the records whose scatter gives the adjoints of the node velocities.
 ///
-/// Of the stress and the affine field nothing is left: both are new after a step. The way back of P2G adds to them.
+/// Of the stress, the affine field and, unless the transfer blends, the velocity nothing is left: they are new after a
+/// step. The way back of P2G writes them. \see p2g_back
 /// \tparam Volume  a volumetric policy. If it averages, the nodes hold the average rates in place of the masses
 template <class Kernel, class Transfer, class Force, class Volume, class Material, std::floating_point S, int D,
           class State>
@@ -301,10 +302,8 @@ public:
                 }
                 unroll<D>([&](auto a) FIRN_LAMBDA {
                     bar_.position.store(slots, a, place_bar.v[a]);
-                    bar_.velocity.store(slots, a, own_bar.v[a]);
+                    if constexpr (blended) bar_.velocity.store(slots, a, own_bar.v[a]);
                 });
-                unroll<D * D>([&](auto k) FIRN_LAMBDA { bar_.affine.store(slots, k, P(0)); });
-                unroll<symmetric_size<D>>([&](auto k) FIRN_LAMBDA { bar_.stress.store(slots, k, P(0)); });
             });
         material_back.add_to(sums.first(material.count()));
     }

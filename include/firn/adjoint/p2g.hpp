@@ -37,8 +37,10 @@ FIRN_INLINE P2GParticle<P, D> give_back_to_particle(const P2GParticle<P, D>& par
 
 /// The way back of P2G for the particles of a set: adds to the adjoints of what P2G read, from the adjoints of the
 /// momenta and masses of nodes.
+/// \tparam first  whether this is the first P2G that goes back in a step: then the adjoints of affine fields, stresses
+///                and, unless the transfer blends, velocities are written, not added to
 /// \param bars  the adjoints of the nodes
-template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class View, class Bar>
+template <class Kernel, class Transfer, class Force, bool first, std::floating_point S, int D, class View, class Bar>
 void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartition<D>& partition,
               const SparseGrid<S, D>& grid, const S* bars, double dt) {
     using P = native_pack<S>;
@@ -53,6 +55,12 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
         PackPlaces<Kernel, gradients, S, D> pack;
         const auto add = [](const BlockedSpan<S>& to, const Slots& slots, int k, const P& more)
                              FIRN_LAMBDA { to.store(slots, k, to.template load<P>(slots, k) + more); };
+        const auto write = [&](const BlockedSpan<S>& to, const Slots& slots, int k, const P& number) FIRN_LAMBDA {
+            if constexpr (first)
+                to.store(slots, k, number);
+            else
+                add(to, slots, k, number);
+        };
         for_registers<P>(
             places, group, [&](std::size_t slot) { nodes.locate(pack, places, slot); },
             [&](const Slots& slots, std::size_t slot, int lane) {
@@ -80,16 +88,19 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                 add(bar.volume, slots, 0, of.volume);
                 unroll<D>([&](auto a) FIRN_LAMBDA {
                     add(bar.position, slots, a, slope.v[a] + offset_bar.v[a]);
-                    add(bar.velocity, slots, a, of.velocity.v[a]);
+                    if constexpr (blends_velocities<Transfer>)
+                        add(bar.velocity, slots, a, of.velocity.v[a]);
+                    else
+                        write(bar.velocity, slots, a, of.velocity.v[a]);
                 });
                 if constexpr (Transfer::affine)
-                    unroll<D * D>([&](auto k) FIRN_LAMBDA { add(bar.affine, slots, k, of.affine.m[k]); });
+                    unroll<D * D>([&](auto k) FIRN_LAMBDA { write(bar.affine, slots, k, of.affine.m[k]); });
                 unroll<D>([&](auto i) FIRN_LAMBDA {
                     unroll<D - i>([&](auto j) FIRN_LAMBDA {  // of the numbers that are stored
                         constexpr int row = i, column = i + j;
                         const P both =
                             row == column ? of.stress(row, row) : of.stress(row, column) + of.stress(column, row);
-                        add(bar.stress, slots, symmetric_index<D>(row, column), both);
+                        write(bar.stress, slots, symmetric_index<D>(row, column), both);
                     });
                 });
             });
