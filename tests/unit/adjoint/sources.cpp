@@ -139,4 +139,170 @@ TEST_CASE("a gradient goes back through sources, sinks and lifespans", "[adjoint
     }
 }
 
+TEST_CASE("a gradient through sources and sinks has the same bits for any number of threads and any memory",
+          "[adjoint]") {
+    std::vector<std::size_t> checkpoints;
+    const auto of = [&](int threads, std::size_t memory) {
+        auto simulation = made({});
+        simulation.execution.threads = threads;
+        simulation.most_steps_between_sorts = 7;
+        Adjoint adjoint(simulation, {.memory = memory});
+        adjoint.measure_steps(each_step);
+        adjoint.advance(10 * dt);
+        adjoint.advance(21.5 * dt);
+        adjoint.measure(at_end);
+        const auto gradient = adjoint.gradient();
+        checkpoints.push_back(adjoint.checkpoints());
+        const auto& set = gradient.set();
+        std::vector<double> all{adjoint.measured(), set.material.mu, set.material.lambda};
+        for (const auto& interval : gradient.intervals)
+            all.insert(all.end(), {interval.gravity[0], interval.gravity[1]});
+        for (const auto& x : set.position) all.insert(all.end(), {x[0], x[1]});
+        for (const auto& v : set.velocity) all.insert(all.end(), {v[0], v[1]});
+        for (const auto& state : set.state) all.insert(all.end(), state.F.m, state.F.m + 4);
+        all.insert(all.end(), gradient.position_norm.begin(), gradient.position_norm.end());
+        return all;
+    };
+    const std::vector<double> one = of(1, 1 << 26);
+    CHECK(of(3, 1 << 26) == one);
+    for (const std::size_t memory : {110'000, 200'000, 500'000}) CHECK(of(1, memory) == one);
+    CHECK(of(3, 110'000) == one);
+    CHECK(checkpoints[0] > steps);
+    CHECK(checkpoints[2] < 4);
+}
+
+TEST_CASE("a step with an adjoint is the step without, to the bit, where particles come and go", "[adjoint]") {
+    auto plain = made({}), recorded = made({});
+    plain.fixed_time_step = recorded.fixed_time_step = 0;
+    Adjoint adjoint(recorded);
+    for (int k = 0; k < steps; ++k) {
+        plain.step();
+        adjoint.step();
+        REQUIRE(recorded.time() == plain.time());
+        const auto &a = plain.particles(), &b = recorded.particles();
+        const auto slots = slots_by_id(a, 1), others = slots_by_id(b, 1);
+        REQUIRE(slots.size() == others.size());
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            REQUIRE(a.id(slots[i]) == b.id(others[i]));
+            REQUIRE(a.exact_position(slots[i]) == b.exact_position(others[i]));
+            REQUIRE(a.velocity(slots[i]) == b.velocity(others[i]));
+        }
+    }
+}
+
+TEST_CASE("check() changes particles when they come in, and tells which go at another step", "[adjoint]") {
+    auto simulation = made({});
+    const std::uint32_t of_block = simulation.particles().next_id();
+    Adjoint adjoint(simulation);
+    adjoint.measure_steps(each_step);
+    adjoint.advance(steps * dt);
+    adjoint.measure(at_end);
+    const auto gradient = adjoint.gradient();
+    auto direction = gradient.zero();
+    Random random(5);
+    for (std::uint32_t id = of_block; id < direction.set().velocity.size(); ++id) {
+        direction.set().velocity[id] = {random.uniform(-1, 1), random.uniform(-1, 1)};
+        direction.set().position[id] = Vec<double, 2>{random.uniform(-1, 1), random.uniform(-1, 1)} * 0.003;
+        direction.set().mass[id] = random.uniform(-0.1, 0.1);
+        for (double& f : direction.set().state[id].F.m) f = random.uniform(-0.02, 0.02);
+    }
+    const DerivativeCheck newcomers = adjoint.check(gradient, direction, 1e-5);
+    CHECK(newcomers.gradient != 0);
+    CHECK(newcomers.central == Approx(newcomers.gradient).epsilon(1e-6));
+    CHECK(newcomers.other_cells == 0);
+
+    auto faster = gradient.zero();
+    for (std::uint32_t id = 0; id < of_block; ++id) faster.set().velocity[id] = {1, 0};
+    const DerivativeCheck of_block_only = adjoint.check(gradient, faster, 1e-5);
+    CHECK(of_block_only.central == Approx(of_block_only.gradient).epsilon(1e-6));
+    CHECK(of_block_only.other_cells == 0);
+    // Faster by a tenth, a column comes to the sink one or two steps earlier.
+    CHECK(adjoint.check(gradient, faster, 0.05).other_cells >= 4);
+
+    adjoint.step();
+    adjoint.measure(at_end);
+    test_support::check_refused<usage_error>([&] { adjoint.check(gradient, direction, 1e-5); },
+                                             "not of the steps recorded so far");
+}
+
+namespace {
+using Two = SimulationWith<2, Materials<FixedCorotated<double>, Fluid<double>>, Flip<double>>;
+
+/// Drops fall on a block, and are gone soon: at first and at last there are none.
+Two splash(double viscosity, double velocity, double jet) {
+    const auto water = Fluid<double>::from_properties({.bulk = 1e5, .viscosity = viscosity, .tension = 1e3});
+    Two simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16), Materials{jelly, water}, {}, walls_of_run<2>());
+    simulation.fixed_time_step = dt;
+    simulation.warn = {};
+    simulation.set<0>().add(sample_box(Vec<double, 2>{0.32, 0.2}, Vec<double, 2>{0.55, 0.4}, lattice), 1000,
+                            {velocity, 0});
+    auto source = source_of({.jet = jet});
+    source.lifespan = 8 * dt;
+    source.end = 14 * dt;
+    simulation.set<1>().add_source(source);
+    return simulation;
+}
+}  // namespace
+
+TEST_CASE("a gradient goes back through a material whose particles all come and go", "[adjoint]") {
+    constexpr double viscosity = 20;
+    const auto measure = [](const auto& p) { return p.mass * dot(p.velocity, p.velocity) + 3 * p.position[1]; };
+    const auto value = [&](double nu, double velocity, double jet) {
+        Two simulation = splash(nu, velocity, jet);
+        double sum = 0;
+        for (int k = 0; k < 24; ++k) {
+            simulation.step();
+            sum += sum_of(simulation.set<1>(), measure);
+        }
+        return sum + sum_of(simulation.set<0>(), measure);
+    };
+    Two simulation = splash(viscosity, 1, -3);
+    Adjoint adjoint(simulation);
+    adjoint.measure_steps<1>(measure);
+    adjoint.advance(24 * dt);
+    adjoint.measure<0>(measure);
+    CHECK(simulation.set<1>().particles().size() == 0);
+    CHECK(simulation.set<1>().particles().next_id() >= 18);
+    CHECK(adjoint.measured() == Approx(value(viscosity, 1, -3)).epsilon(1e-13));
+    const auto gradient = adjoint.gradient();
+    double velocity = 0, jet = 0;
+    for (const auto& v : gradient.set<0>().velocity) velocity += v[0];
+    const auto& drops = gradient.set<1>();
+    for (std::size_t id = 0; id < drops.velocity.size(); ++id)
+        jet += drops.velocity[id][1] + age * drops.position[id][1];
+    check_slope(drops.material.viscosity, viscosity, [&](double t) { return value(viscosity + t, 1, -3); });
+    check_slope(velocity, 1, [&](double t) { return value(viscosity, 1 + t, -3); });
+    check_slope(jet, 3, [&](double t) { return value(viscosity, 1, -3 + t); });
+}
+
+TEST_CASE("an adjoint with sources and sinks tells what it cannot do", "[adjoint]") {
+    using test_support::check_refused;
+    auto simulation = made({});
+    {
+        Adjoint adjoint(simulation, {.memory = 80'000});
+        check_refused<parameter_error>([&] { adjoint.advance(0.1); }, "give the adjoint memory for three at least");
+        check_refused<usage_error>([&] { adjoint.step(); }, "without the adjoint");
+    }
+    simulation = made({});
+    Adjoint adjoint(simulation);
+    adjoint.advance(5 * dt);
+    simulation.add_sink({.lower = {0, 0}, .upper = {1, 1}});
+    check_refused<usage_error>([&] { adjoint.step(); }, "was added after the adjoint was made");
+
+    // The last particles go: what was measured before still has its derivatives.
+    SimulationWith<2, FixedCorotated<double>> emptied(Domain<2>({0, 0}, {1, 1}, 1. / 16), jelly);
+    emptied.fixed_time_step = dt;
+    emptied.gravity = {0, 0};
+    emptied.add(sample_box(Vec<double, 2>{0.4, 0.4}, Vec<double, 2>{0.5, 0.5}, lattice), 1000, {0, -10});
+    emptied.add_sink({.lower = {0, 0}, .upper = {1, 0.3}});
+    Adjoint last(emptied);
+    last.measure_steps([](const auto& p) { return p.position[1]; });
+    last.advance(20 * dt);
+    CHECK(emptied.particles().size() == 0);
+    double by_velocity = 0;
+    for (const auto& v : last.gradient().set().velocity) by_velocity += v[1];
+    // Each particle was measured at the ends of the steps before the one in which it came to the sink.
+    CHECK(by_velocity > 9 * dt * (1 + 9) / 2 * 9);
+}
+
 }  // namespace source_gradient_tests
