@@ -76,6 +76,49 @@ void check_slope(double got, double size, const Value& at) {
 
 }  // namespace
 
+TEST_CASE("adjoints follow their particles, whichever come and go", "[adjoint]") {
+    using State = material_state_t<FixedCorotated<double>, 2>;
+    using View = decltype(std::declval<Particles<double, 2, State>&>().view());
+    firn::detail::ParticleAdjoints<double, 2> bars;
+    std::vector<double> of(100);  // for each id, the adjoint of one number
+    const auto follow = [&](const aligned_vector<std::uint32_t>& order, std::uint32_t next_id) {
+        bars.follow(field_table<double, 2, State>(), order, next_id, 1);
+        std::vector<double> now(of.size());
+        const View view = bars.view<View>();
+        for (std::size_t slot = 0; slot < order.size(); ++slot) {
+            const std::uint32_t id = order[slot];
+            REQUIRE(*view.stress.at(slot, 1) == (id == no_particle ? 0 : of[id]));
+            REQUIRE(*view.state[0].at(slot, 3) == (id == no_particle ? 0 : -of[id]));
+            if (id == no_particle) continue;
+            now[id] = *view.stress.at(slot, 1) += 1 + id;
+            *view.state[0].at(slot, 3) -= 1 + id;
+        }
+        of = now;  // of others, nothing is known any more
+    };
+    const auto list = [](std::uint32_t first, std::uint32_t last) {
+        aligned_vector<std::uint32_t> order;
+        for (std::uint32_t id = first; id < last; ++id) order.push_back(id);
+        order.resize((order.size() + pack_size - 1) / pack_size * pack_size, no_particle);
+        return order;
+    };
+    follow(list(1, 15), 90);
+    follow(list(0, 14), 90);  // the first one appears, and the others move by one
+    follow(list(0, 70), 80);
+    follow(list(0, 0), 80);
+    follow(list(5, 50), 60);
+    Random random(3);
+    for (int k = 0; k < 200; ++k) {
+        std::vector<std::uint32_t> ids;
+        for (std::uint32_t id = 0; id < 60; ++id)
+            if (random.uniform(0, 1) < 0.7) ids.push_back(id);
+        for (std::size_t i = ids.size(); i-- > 1;)
+            if (k % 3 > 0) std::swap(ids[i], ids[std::size_t(random.uniform(0, double(i)))]);
+        aligned_vector<std::uint32_t> order(ids.begin(), ids.end());
+        order.resize((order.size() + pack_size - 1) / pack_size * pack_size, no_particle);
+        follow(order, 60);
+    }
+}
+
 TEST_CASE("a gradient goes back through sources, sinks and lifespans", "[adjoint]") {
     const Start start;
     std::vector<std::uint32_t> ids;  // of the particles after each step
@@ -299,8 +342,9 @@ TEST_CASE("an adjoint with sources and sinks tells what it cannot do", "[adjoint
     last.measure_steps([](const auto& p) { return p.position[1]; });
     last.advance(20 * dt);
     CHECK(emptied.particles().size() == 0);
+    const auto gradient = last.gradient();
     double by_velocity = 0;
-    for (const auto& v : last.gradient().set().velocity) by_velocity += v[1];
+    for (const auto& v : gradient.set().velocity) by_velocity += v[1];
     // Each particle was measured at the ends of the steps before the one in which it came to the sink.
     CHECK(by_velocity > 9 * dt * (1 + 9) / 2 * 9);
 }
