@@ -101,8 +101,8 @@ TEST_CASE("adjoints follow their particles, whichever come and go", "[adjoint]")
         order.resize((order.size() + pack_size - 1) / pack_size * pack_size, no_particle);
         return order;
     };
-    follow(list(1, 15), 90);
-    follow(list(0, 14), 90);  // the first one appears, and the others move by one
+    follow(list(1, pack_size), 90);
+    follow(list(0, pack_size), 90);  // the first one appears, and the others move by one
     follow(list(0, 70), 80);
     follow(list(0, 0), 80);
     follow(list(5, 50), 60);
