@@ -36,8 +36,8 @@ struct DerivativeCheck {
         forward,      ///< (L(h) − L(0))/h
         backward,     ///< (L(0) − L(−h))/h
         central;      ///< (L(h) − L(−h))/(2 h)
-    std::size_t
-        other_cells;  ///< number of particles that end in another cell at h than at −h, or leave at another step
+    /// number of particles that end in another cell at h than at −h, or are taken away at another step
+    std::size_t other_cells;
 };
 
 /// Derivatives of a run of a simulation.
@@ -90,6 +90,8 @@ public:
     Adjoint(const Adjoint&) = delete;
 
     /// Advances the simulation, and records its steps. \see Simulation::advance
+    /// \throws usage_error      if the simulation was changed in a way that has no way back
+    /// \throws parameter_error  if states have become so large that three do not fit into the memory
     /// @{
     void advance(double duration) { advance(duration, simulation_.gravity); }
     template <class Acceleration>
@@ -98,6 +100,7 @@ public:
     }
     /// @}
     /// Takes a step of the simulation, and records it. \see Simulation::step
+    /// \throws usage_error, parameter_error  in the same cases as advance()
     /// @{
     void step() { step(simulation_.gravity); }
     template <class Acceleration>

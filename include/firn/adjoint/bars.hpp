@@ -43,7 +43,7 @@ public:
                 if (order[slot] == no_particle || !had(order[slot])) clear(table.size(), slot);
         } else {
             fields_.emplace(table, D, sizeof(S), SlotOrder::sorted);
-            fields_->grow(order.size(), threads);
+            if (!order.empty()) fields_->grow(order.size(), threads);
         }
         ids_ = order;
     }

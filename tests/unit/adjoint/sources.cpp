@@ -266,6 +266,11 @@ TEST_CASE("check() changes particles when they come in, and tells which go at an
     adjoint.measure(at_end);
     test_support::check_refused<usage_error>([&] { adjoint.check(gradient, direction, 1e-5); },
                                              "not of the steps recorded so far");
+    const auto later = adjoint.gradient();
+    auto heavier = later.zero();
+    for (double& m : heavier.set().mass) m = 1;
+    const DerivativeCheck one_more = adjoint.check(later, heavier, 1e-5);
+    CHECK(one_more.central == Approx(one_more.gradient).epsilon(1e-6));
 }
 
 namespace {
