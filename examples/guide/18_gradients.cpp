@@ -125,8 +125,10 @@ int main() {
     //! ## What has no way back
     //!
     //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, `Fmpm`, passes
-    //! of your own, loads, forces between particles, sources and sinks are refused with a sentence when the `Adjoint`
-    //! is made.
+    //! of your own, loads and forces between particles are refused with a sentence when the `Adjoint` is made.
+    //!
+    //! Sources and sinks have a way back. `velocity[id]` of a particle from a source is the derivative by the velocity
+    //! with which it came in. When a particle comes or goes is held.
     const double found = std::exp(now);
     std::printf("found %.1f Pa, true are %.1f Pa\n", found, truth);
     return std::abs(found / truth - 1) < 1e-4 ? EXIT_SUCCESS : EXIT_FAILURE;

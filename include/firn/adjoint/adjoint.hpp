@@ -27,16 +27,19 @@ namespace firn::inline FIRN_BUILD {
 
 /// What an Adjoint may use.
 struct AdjointOptions {
-    std::size_t memory = std::size_t(1) << 30;  ///< Memory for checkpoints [bytes].
+    /// Memory for checkpoints [bytes]. Where sources make the states larger, fewer of them are kept. What sources will
+    /// give is not known beforehand: if not even three states fit any more, the step throws a parameter_error.
+    std::size_t memory = std::size_t(1) << 30;
 };
 
 /// The derivative of a measure along a direction, by the gradient and by differences. \see Adjoint::check
 struct DerivativeCheck {
-    double gradient,          ///< the gradient times the direction
-        forward,              ///< (L(h) − L(0))/h
-        backward,             ///< (L(0) − L(−h))/h
-        central;              ///< (L(h) − L(−h))/(2 h)
-    std::size_t other_cells;  ///< number of particles that end in another cell at h than at −h
+    double gradient,  ///< the gradient times the direction
+        forward,      ///< (L(h) − L(0))/h
+        backward,     ///< (L(0) − L(−h))/h
+        central;      ///< (L(h) − L(−h))/(2 h)
+    /// number of particles that end in another cell at h than at −h, or are taken away at another step
+    std::size_t other_cells;
 };
 
 /// Derivatives of a run of a simulation.
@@ -60,15 +63,21 @@ struct DerivativeCheck {
 /// \see check
 ///
 /// Between two calls the program may change gravity, the boundary and the transfer; each call begins an interval. It
-/// must not change particles.
+/// must not change particles, nor add sources or sinks.
+///
+/// Particles that sources give and that sinks, or the end of their lifespan, take away are followed by their ids. The
+/// gradient has the derivatives by what each had when it came in. When a particle comes or goes is held: the gradient
+/// does not see that a change would let it pass a sink a step earlier. The derivatives by parameters of a source are
+/// left out. As a particle comes in at its sample's position + age × velocity, that by the source's velocity is the sum
+/// of velocity[id] + age × position[id] over its particles, where age is the time from when the burst was due to the
+/// end of the step.
 ///
 /// The way back needs the states before all steps. As many as fit into the memory are kept, and from them the steps
 /// between are taken again, to the bit. \see Checkpoints
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
 /// is made, with a usage_error that names the pass: VolumeFilter, FMPM, passes of the program; loads,
-/// forces between particles, sources and sinks; a boundary that moves by code of the program which is not a
-/// template over the scalar.
+/// forces between particles; a boundary that moves by code of the program which is not a template over the scalar.
 template <class Simulation>
 class Adjoint {
     static constexpr int D = Simulation::dimension;
@@ -83,6 +92,8 @@ public:
     Adjoint(const Adjoint&) = delete;
 
     /// Advances the simulation, and records its steps. \see Simulation::advance
+    /// \throws usage_error      if the simulation was changed in a way that has no way back
+    /// \throws parameter_error  if states have become so large that three do not fit into the memory
     /// @{
     void advance(double duration) { advance(duration, simulation_.gravity); }
     template <class Acceleration>
@@ -91,6 +102,7 @@ public:
     }
     /// @}
     /// Takes a step of the simulation, and records it. \see Simulation::step
+    /// \throws usage_error, parameter_error  in the same cases as advance()
     /// @{
     void step() { step(simulation_.gravity); }
     template <class Acceleration>
@@ -101,7 +113,7 @@ public:
 
     /// Measures the present particles: adds Σ f(particle), over the particles of material I, to what is differentiated.
     /// \param f     f(particle) takes a MeasuredParticle of any scalar type, and returns this scalar
-    /// \param body  only the particles of this body count; nullptr: all
+    /// \param body  only the particles of this body count; nullptr: all that are there
     /// \return the sum
     /// \throws usage_error      if the simulation was advanced or changed without the adjoint
     /// \throws parameter_error  if `body` is not one of the bodies of material I
@@ -117,7 +129,8 @@ public:
     void measure_steps(const Function& f, const Body* body = nullptr);
 
     /// Adds a measure that the program has computed itself from the present particles of material I, by its
-    /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids.
+    /// derivatives: those by each particle's position [per m] and velocity [per m/s], in the order of ids. Those of ids
+    /// whose particles are gone are not read.
     /// \throws usage_error      if the simulation was advanced or changed without the adjoint
     /// \throws parameter_error  if a list has neither 0 entries nor one for each id
     template <std::size_t I = 0>
@@ -152,12 +165,13 @@ public:
     /// central one does not settle for smaller h, there is a kink or a jump. The simulation is as before the call.
     /// \param gradient   what gradient() has returned
     /// \param direction  of the same kind: for each number, how it changes, in its own unit; gradient.zero() is none
-    /// \throws usage_error  if something was measured by measure_own(): its values are not known
+    /// \throws usage_error  if something was measured by measure_own(): its values are not known; or if the gradient or
+    ///                      the direction is of other steps than those recorded so far
     DerivativeCheck check(const Gradient<Simulation>& gradient, const Gradient<Simulation>& direction, double h);
 
     /// Returns the number of recorded steps.
     std::size_t steps() const { return moments_.size() - 1; }
-    /// Returns how many checkpoints fit into the memory.
+    /// Returns how many checkpoints fit into the memory: of states as large as the largest so far.
     std::size_t checkpoints() const { return kept_->most(); }
     /// Returns for each step how often gradient() has taken it again.
     const std::vector<std::uint32_t>& repetitions() const { return repetitions_; }
@@ -227,12 +241,22 @@ private:
         std::function<void()> add;
         std::function<double()> value;  // of the present particles; empty if it is not known
     };
+    /// A set in which particles came or went in the step before a state, so that its stresses were computed anew.
+    struct Change {
+        std::size_t state, set;
+    };
 
     template <class Acceleration, class Take>
     void record(const Acceleration& acceleration, const Take& take);
     template <class Acceleration>
     void begin_interval(const Acceleration& acceleration);
     void refuse_what_has_no_way_back() const;
+    std::size_t count_sources_and_sinks() const;
+    /// Returns how many checkpoints of states as large as the present one fit into the memory.
+    /// \throws parameter_error  if these are less than two, and the state at the end
+    std::size_t checkpoints_in_memory();
+    /// Prepares the sets in which particles came or went for the next step. \return whether there are any
+    bool prepare_again();
     /// Refuses a simulation that was changed since the last recorded step. \throws usage_error
     void require_as_left() const;
     void store(Snapshot& to) const;
@@ -251,6 +275,11 @@ private:
     /// Sorts the particles if the next step would, so that a state is kept sorted.
     void sort();
     void bring_state(std::size_t state);
+    /// Brings the state before a state: takes the adjoints back through the stresses that were computed anew, and
+    /// writes those of the particles that did not exist before.
+    void bring_state_before(std::size_t state, Gradient<Simulation>& gradient);
+    template <class Set>
+    void stress_back(Set& set, std::size_t k);
     void back(std::size_t step);
     template <class Acceleration>
     void back_by(std::size_t step, const Acceleration& acceleration, Interval& interval);
@@ -278,10 +307,17 @@ private:
     /// \return the measure's value now; 0 if it is not known
     double add_measure(Measure measure);
     double value_along(const Gradient<Simulation>& direction, double t, std::vector<BlockCoordinate<D>>& cells);
-    void shift_start(const Gradient<Simulation>& direction, double t);
+    /// Changes the particles of ids from `first` on, one for each set, and prepares the sets.
+    void shift_particles(const Gradient<Simulation>& direction, double t, const std::vector<std::uint32_t>& first);
+    /// Notes for each id of the sets in which particles came or went which particles are gone for the first time.
+    void note_gone(std::size_t state, std::vector<std::vector<std::size_t>>& gone) const;
+    void make_room(Gradient<Simulation>& gradient);
+    /// Writes the adjoints of particles. \param newcomers  only of those that do not exist in the present state
+    void write_particles(Gradient<Simulation>& gradient, bool newcomers);
     void write(Gradient<Simulation>& gradient);
 
     Simulation& simulation_;
+    std::size_t memory_;  // for checkpoints [bytes]
     std::unique_ptr<Checkpoints<Snapshot>> kept_;
     std::vector<Moment> moments_;  // of each state
     std::vector<double> dts_;      // of each step
@@ -290,6 +326,8 @@ private:
     std::vector<Measure> measures_;
     std::vector<std::function<void()>> each_step_;                  // measures again
     std::map<std::size_t, std::vector<Reaction<D>>> by_reactions_;  // for a step: derivatives by those of each part
+    std::vector<Change> changes_;
+    std::size_t sources_and_sinks_;  // number of both, in all sets
     double measured_ = 0;
     std::vector<std::uint32_t> repetitions_;
     std::vector<Bars> bars_;

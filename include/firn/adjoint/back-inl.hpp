@@ -282,6 +282,30 @@ void Adjoint<Simulation>::add_measures(std::size_t state) {
 }
 
 template <class Simulation>
+template <class Set>
+void Adjoint<Simulation>::stress_back(Set& set, std::size_t k) {
+    using Material = std::remove_cvref_t<decltype(set.material)>;
+    const auto bar = bars_of<Set>(bars_[k]);
+    const std::size_t count = detail::count_of_inputs<P>(lift<T>(set.material)), slots = set.partition.slots();
+    detail::OrderedSums sums(slots / pack_size, count);
+    detail::update_stress_back<Material, S, D>(simulation_.workers(), set.particles.view(), bar, set.partition,
+                                               set.material, sums);
+    of_material_[k].resize(count);
+    sums.add_to(of_material_[k]);
+    std::fill_n(bar.stress.at(0, 0), slots * std::size_t(bar.stress.components), S(0));
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::bring_state_before(std::size_t state, Gradient<Simulation>& gradient) {
+    const auto changes = std::ranges::equal_range(changes_, state, {}, &Change::state);
+    simulation_.for_materials([&](auto& set, std::size_t k) {
+        if (std::ranges::find(changes, k, &Change::set) != changes.end()) stress_back(set, k);
+    });
+    bring_state(state - 1);
+    if (!changes.empty()) write_particles(gradient, true);
+}
+
+template <class Simulation>
 void Adjoint<Simulation>::note_norms(std::size_t state, Gradient<Simulation>& gradient) {
     double positions = 0, velocities = 0;
     const double h = simulation_.domain().cell_size;
@@ -336,6 +360,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     const Restored restored{*this, end, gravity, transfer};
 
     Gradient<Simulation> gradient;
+    make_room(gradient);
     gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
     of_material_.assign(simulation_.sets_.size(), {});
     for (Interval& interval : intervals_) interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
@@ -346,47 +371,43 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
         add_measures(steps());
         note_norms(steps(), gradient);
         for (std::size_t step = steps(); step-- > 0;) {
-            bring_state(step);
+            bring_state_before(step + 1, gradient);
             back(step);
             add_measures(step);
             note_norms(step, gradient);
         }
-        simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
-            using Material = std::remove_cvref_t<decltype(set.material)>;
-            const std::size_t count = detail::count_of_inputs<P>(lift<T>(set.material));
-            detail::OrderedSums sums(set.partition.slots() / pack_size, count);
-            detail::update_stress_back<Material, S, D>(simulation_.workers(), set.particles.view(),
-                                                       bars_of<Set>(bars_[k]), set.partition, set.material, sums);
-            of_material_[k].resize(count);
-            sums.add_to(of_material_[k]);
-        });
+        simulation_.for_materials([&](auto& set, std::size_t k) { stress_back(set, k); });
     });
+    write_particles(gradient, false);
     write(gradient);
     return gradient;
 }
 
 template <class Simulation>
-void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
-    const double h = simulation_.domain().cell_size;
-    // Writes numbers to a policy; where no step was taken there are none, and all are 0.
-    const auto fill = [](auto& policy, const std::vector<double>& numbers) {
-        std::size_t next = 0;
-        detail::for_numbers<double>(policy, [&](double& number) { number = numbers.empty() ? 0 : numbers[next++]; });
-    };
+void Adjoint<Simulation>::make_room(Gradient<Simulation>& gradient) {
     unroll<int(Simulation::material_count)>([&](auto i) {
-        constexpr std::size_t K = i;
-        auto& set = simulation_.template set_at<K>();
-        auto& to = std::get<K>(gradient.sets);
-        const std::size_t ids = set.particles.next_id();
+        auto& to = std::get<i>(gradient.sets);
+        const std::size_t ids = simulation_.template set_at<i>().particles.next_id();
         to.position.assign(ids, Vec<double, D>::zero());
         to.velocity.assign(ids, Vec<double, D>::zero());
         to.affine.assign(ids, Mat<double, D>::zero());
         to.mass.assign(ids, 0), to.volume.assign(ids, 0);
         to.state.assign(ids, {});
+    });
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::write_particles(Gradient<Simulation>& gradient, bool newcomers) {
+    const double h = simulation_.domain().cell_size;
+    unroll<int(Simulation::material_count)>([&](auto i) {
+        constexpr std::size_t K = i;
+        auto& set = simulation_.template set_at<K>();
+        auto& to = std::get<K>(gradient.sets);
         const auto view = bars_of<std::remove_cvref_t<decltype(set)>>(bars_[K]);
+        const std::uint32_t first = newcomers ? set.particles.next_id() : 0;
         for (std::size_t slot = 0; slot < bars_[K].ids().size(); ++slot) {
             const std::uint32_t id = bars_[K].ids()[slot];
-            if (id == no_particle) continue;
+            if (id == no_particle || id < first) continue;
             for (int a = 0; a < D; ++a) {
                 to.position[id][a] = double(*view.position.at(slot, a)) / h;
                 to.velocity[id][a] = double(*view.velocity.at(slot, a));
@@ -395,7 +416,20 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
             to.mass[id] = double(*view.mass.at(slot, 0)), to.volume[id] = double(*view.volume.at(slot, 0));
             detail::write_state(view.state, slot, to.state[id]);
         }
-        to.material = lift<double>(set.material);
+    });
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
+    // Writes numbers to a policy; where no step was taken there are none, and all are 0.
+    const auto fill = [](auto& policy, const std::vector<double>& numbers) {
+        std::size_t next = 0;
+        detail::for_numbers<double>(policy, [&](double& number) { number = numbers.empty() ? 0 : numbers[next++]; });
+    };
+    unroll<int(Simulation::material_count)>([&](auto i) {
+        constexpr std::size_t K = i;
+        auto& to = std::get<K>(gradient.sets);
+        to.material = lift<double>(simulation_.template set_at<K>().material);
         fill(to.material, of_material_[K]);
     });
     for (const Interval& from : intervals_) {

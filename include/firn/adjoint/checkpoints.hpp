@@ -25,7 +25,7 @@ template <class State>
 class Checkpoints {
 public:
     /// \param most  the largest number of checkpoints, 2 or more
-    explicit Checkpoints(std::size_t most) : most_(most) {}
+    explicit Checkpoints(std::size_t most) : by_strides_(most >= least_for_strides), most_(most) {}
 
     /// Returns the index of the last checkpoint.
     std::size_t last() const { return kept_.back().index; }
@@ -35,20 +35,24 @@ public:
     const State& first() const { return *kept_.front().state; }
     /// Returns the largest number of checkpoints.
     std::size_t most() const { return most_; }
+    /// On the way forward, lowers the largest number of checkpoints to `most`, 2 or more, because states have become
+    /// larger.
+    void lower_most(std::size_t most) {
+        if (most >= most_) return;
+        most_ = most;
+        while (by_strides_ && kept_.size() > most_for_strides()) widen();
+        while (kept_.size() > most_) give_up();
+        free_.resize(std::min(free_.size(), most_ - kept_.size()));
+    }
 
     /// On the way forward, keeps the state `index`, which follows the last one that was given; perhaps gives up another
     /// one for it. If the next state will take its place, nothing is stored before finish(). \param store  store(state)
     /// writes the state
     template <class Store>
     void keep(std::size_t index, const Store& store) {
-        if (most_ >= least_for_strides) return keep_by_strides(index, store);
+        if (by_strides_) return keep_by_strides(index, store);
         std::size_t level = kept_.empty() ? first_level : 0;
-        if (kept_.size() == most_) {
-            std::size_t found = dispensable();
-            if (found == kept_.size()) level = kept_[--found].level + 1;
-            if (kept_[found].state) free_.push_back(std::move(kept_[found].state));
-            kept_.erase(kept_.begin() + std::ptrdiff_t(found));
-        }
+        if (kept_.size() == most_) level = give_up();
         kept_.push_back({index, level, nullptr});
         if (kept_.size() < most_ || dispensable() < kept_.size()) finish(store);
     }
@@ -93,14 +97,25 @@ private:
     template <class Store>
     void keep_by_strides(std::size_t index, const Store& store) {
         if (index % stride_ != 0) return;
-        if (kept_.size() == most_ * 5 / 8) {
-            stride_ *= 2;
-            for (Kept& one : kept_)
-                if (one.index % stride_ != 0) free_.push_back(std::move(one.state));
-            std::erase_if(kept_, [&](const Kept& one) { return one.index % stride_ != 0; });
-            if (index % stride_ != 0) return;
-        }
-        add(index, 0, store);
+        while (kept_.size() >= most_for_strides()) widen();
+        if (index % stride_ == 0) add(index, 0, store);
+    }
+    /// Returns how many states are kept on the way forward; the others are for the way back.
+    std::size_t most_for_strides() const { return std::max<std::size_t>(2, most_ * 5 / 8); }
+    /// Gives up every other state.
+    void widen() {
+        stride_ *= 2;
+        for (Kept& one : kept_)
+            if (one.index % stride_ != 0) free_.push_back(std::move(one.state));
+        std::erase_if(kept_, [&](const Kept& one) { return one.index % stride_ != 0; });
+    }
+    /// Gives up a state that is dispensable, or else the last one. \return the level of the state in its place
+    std::size_t give_up() {
+        std::size_t found = dispensable(), level = 0;
+        if (found == kept_.size()) level = kept_[--found].level + 1;
+        if (kept_[found].state) free_.push_back(std::move(kept_[found].state));
+        kept_.erase(kept_.begin() + std::ptrdiff_t(found));
+        return level;
     }
     template <class Store>
     void add(std::size_t index, std::size_t level, const Store& store) {
@@ -136,6 +151,7 @@ private:
         std::unique_ptr<State> state;
     };
 
+    bool by_strides_;
     std::size_t most_, stride_ = 1;
     std::vector<Kept> kept_;
     std::vector<std::unique_ptr<State>> free_;

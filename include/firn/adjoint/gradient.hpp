@@ -11,7 +11,8 @@
 namespace firn::inline FIRN_BUILD {
 
 /// The derivatives by what the particles of one material had at the start, by id, and by the material's parameters. The
-/// derivative by a quantity has the unit of the measure per unit of the quantity.
+/// derivative by a quantity has the unit of the measure per unit of the quantity. Those of a particle that a source has
+/// given are by what it had when it came in, at the end of a step. Those of ids without a particle are 0.
 template <int D, class Material>
 struct SetGradient {
     using State = material_state_t<with_scalar_t<Material, double>, D>;  ///< The state, of derivatives.
@@ -85,7 +86,8 @@ struct Gradient {
     /// The derivatives by what was set for an interval.
     using OfInterval = IntervalGradient<D, decltype(Simulation::boundary), decltype(Simulation::transfer)>;
 
-    /// For each material: the derivatives by what its particles had at the start, and by its parameters.
+    /// For each material: the derivatives by what its particles had at the start, or when they came in, and by its
+    /// parameters.
     typename detail::set_gradients<D, typename detail::listed<typename Simulation::material_type>::type>::type sets{};
     /// For each interval of time: the derivatives by what was set for it.
     std::vector<OfInterval> intervals{};

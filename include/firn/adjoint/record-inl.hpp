@@ -8,26 +8,15 @@ namespace firn::inline FIRN_BUILD {
 template <class Simulation>
 Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& options)
     : simulation_(simulation),
+      memory_(options.memory),
       bar_grid_(simulation.domain()),
       bar_before_(simulation.domain()),
       before_walls_(simulation.domain()) {
     refuse_what_has_no_way_back();
     simulation_.prepare();
     moments_.push_back(simulation_.now_);
-    std::size_t bytes = 0;
-    for (const SetOf<S, D>& set : simulation_.sets_)
-        bytes += set.store().bytes() + set.partition.order.size() * sizeof(std::uint32_t) +
-                 set.partition.ranges.size() * sizeof(BlockRange<D>) + set.partition.groups.size() * sizeof(BlockGroup);
-    // Room for the nodes of the step, with a quarter more, because matter may spread.
-    room_for_nodes_ =
-        simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width) * sizeof(S) * (blended ? 10 : 5) / 4;
-    bytes += room_for_nodes_;
-    const std::size_t most = options.memory / std::max<std::size_t>(bytes, 1);
-    if (most < 3)
-        throw parameter_error(sentence("A checkpoint of this simulation takes ", bytes, " bytes, and ", options.memory,
-                                       " are granted; give the adjoint memory for three at least: two checkpoints, and "
-                                       "the state at the end."));
-    kept_ = std::make_unique<Checkpoints<Snapshot>>(std::min<std::size_t>(most - 1, 1 << 20));
+    sources_and_sinks_ = count_sources_and_sinks();
+    kept_ = std::make_unique<Checkpoints<Snapshot>>(checkpoints_in_memory());
     kept_->keep(0, [&](Snapshot& to) { store(to); });
     bars_.resize(simulation_.sets_.size());
     left_ = simulation_.boundary;
@@ -35,6 +24,56 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
         simulation_.warn(
             sentence("Steps of this simulation jump ", where,
                      ". A gradient does not see a jump: compare it with differences, by Adjoint::check()."));
+}
+
+template <class Simulation>
+std::size_t Adjoint<Simulation>::count_sources_and_sinks() const {
+    std::size_t count = 0;
+    for (const SetOf<S, D>& set : simulation_.sets_) count += set.sources.size() + set.sinks.size();
+    return count;
+}
+
+template <class Simulation>
+std::size_t Adjoint<Simulation>::checkpoints_in_memory() {
+    std::size_t bytes = 0;
+    const auto bytes_of = [](const auto& list) { return list.size() * sizeof(list[0]); };
+    for (const SetOf<S, D>& set : simulation_.sets_) {
+        bytes += set.store().bytes() + bytes_of(set.partition.order) + bytes_of(set.partition.ranges) +
+                 bytes_of(set.partition.groups) + bytes_of(set.bodies) + bytes_of(set.places_before);
+        for (const Source<D>& source : set.sources) bytes += bytes_of(source.samples.positions);
+    }
+    // Room for the nodes of the step, with a quarter more, because matter may spread.
+    const std::size_t nodes = simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width);
+    room_for_nodes_ = std::max(room_for_nodes_, nodes * sizeof(S) * (blended ? 10 : 5) / 4);
+    bytes += room_for_nodes_;
+    const std::size_t most = memory_ / std::max<std::size_t>(bytes, 1);
+    if (most < 3)
+        throw parameter_error(sentence("After ", moments_.size() - 1,
+                                       " recorded steps, a checkpoint of this simulation takes ", bytes, " bytes, and ",
+                                       memory_,
+                                       " are granted; give the adjoint memory for three at least: two checkpoints, and "
+                                       "the state at the end."));
+    return std::min<std::size_t>(most - 1, 1 << 20);
+}
+
+template <class Simulation>
+bool Adjoint<Simulation>::prepare_again() {
+    SetList<S, D>& sets = simulation_.sets_;
+    bool is_ready = true;
+    for (const SetOf<S, D>& set : sets) is_ready = is_ready && set.readiness.is(Readiness::prepared);
+    if (is_ready) return false;
+    if (detail::may_have_particles(sets, simulation_.ranks())) {
+        simulation_.prepare();
+        return true;
+    }
+    // The last particles have gone. The next step would be refused, but this is a state.
+    for (SetOf<S, D>& set : sets) {
+        set.partition = {};
+        set.report = {};
+        set.readiness.prepare();
+    }
+    simulation_.activate();
+    return true;
 }
 
 template <class Simulation>
@@ -49,10 +88,10 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
                                        "it. Choose another policy, or leave the pass out."));
     }
     for (const SetOf<S, D>& set : simulation_.sets())
-        if (set.loads || set.forces || !set.sources.empty() || !set.sinks.empty())
+        if (set.loads || set.forces)
             throw usage_error(
-                "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
-                "are no derivatives through them.");
+                "This simulation has loads or forces between particles. They have no way back: there are no "
+                "derivatives through them.");
     if (const char* const why = detail::no_motion_back(simulation_.boundary))
         throw usage_error(
             sentence("A collider of this simulation has no way back, so there are no derivatives through "
@@ -111,6 +150,10 @@ template <class Acceleration, class Take>
 void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& take) {
     require_as_left();
     refuse_what_has_no_way_back();
+    if (count_sources_and_sinks() != sources_and_sinks_)
+        throw usage_error(
+            "A source or a sink was added after the adjoint was made, which cannot go back through that. Add it before "
+            "the adjoint is made; a source may start later.");
     begin_interval(detail::own_acceleration<D>(acceleration));
     // A last pass of each step records it.
     struct Recording {
@@ -119,6 +162,12 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
         ~Recording() { simulation.passes_ = std::move(passes); }
     } recording{simulation_, simulation_.passes_};
     simulation_.add_pass("record", "sinks and sources", [this](Simulation&, const StepNow<S, D>& now) {
+        // Where particles have come or gone, what the next step would do first is done now, so that a state is ready.
+        if (prepare_again()) {
+            for (std::size_t k = 0; k < simulation_.sets_.size(); ++k)
+                if (simulation_.sets_[k].readiness.is(Readiness::sorted)) changes_.push_back({steps() + 1, k});
+            kept_->lower_most(checkpoints_in_memory());
+        }
         dts_.push_back(now.dt);
         moments_.push_back(simulation_.now_);
         repetitions_.push_back(0);
@@ -156,6 +205,7 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
                 });
         }
         simulation_.step_by(dt, changed);
+        prepare_again();
     };
     next.back = [this, acceleration](std::size_t step, Interval& interval) { back_by(step, acceleration, interval); };
     for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
@@ -251,7 +301,7 @@ typename Adjoint<Simulation>::Measure Adjoint<Simulation>::measure_of(const Func
     auto& own = simulation_.template set_at<I>();
     using Material = std::remove_cvref_t<decltype(own.material)>;
     if (body) own.check_body(*body);
-    const Body whole = body ? *body : Body{0, own.particles.next_id()};
+    const Body whole = body ? *body : Body{0, no_particle};  // those that come in later, too
     const auto counts = [whole](const auto& particles, std::size_t slot) {
         return particles.is_particle(slot) && whole.holds(particles.id(slot));
     };

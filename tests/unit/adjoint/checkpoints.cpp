@@ -60,4 +60,52 @@ TEST_CASE("with s checkpoints, no step of C(s + r, s) is taken again more than r
     CHECK(std::accumulate(again.begin(), again.end(), 0) < 500);
 }
 
+namespace {
+/// A state that counts those in memory.
+struct Counted {
+    static inline std::size_t all = 0;
+    std::size_t index = 0;
+    Counted() { ++all; }
+    ~Counted() { --all; }
+    Counted(const Counted&) = delete;
+};
+}  // namespace
+
+TEST_CASE("where states grow, fewer are in memory, and all can be brought back", "[adjoint]") {
+    for (const std::size_t most : {3, 4, 7, 19, 20, 23, 40, 100})
+        for (const std::size_t fewer : {2, 3, 5, 16, 21, 60})
+            for (const std::size_t steps : {1, 7, 30, 64, 333}) {
+                CAPTURE(most, fewer, steps);
+                Checkpoints<Counted> kept(most);
+                std::size_t now = 0;
+                const auto store = [&](Counted& to) { to.index = now; };
+                kept.keep(0, store);
+                while (now < steps) {
+                    ++now;
+                    if (now >= steps / 2 && kept.most() > std::min(most, fewer)) {
+                        kept.lower_most(kept.most() - 1);
+                        REQUIRE(Counted::all <= kept.most());
+                    }
+                    kept.keep(now, store);
+                    REQUIRE(Counted::all <= kept.most());
+                }
+                kept.finish(store);
+                for (std::size_t wanted = steps; wanted-- > 0;) {
+                    kept.forget_behind(wanted);
+                    if (kept.last() == wanted && wanted > 0) {
+                        kept.take_last([&](const Counted& state) { now = state.index; });
+                    } else {
+                        now = kept.state().index;
+                        REQUIRE(now == kept.last());
+                        while (now < wanted) {
+                            now = kept.way_to(wanted);
+                            if (now < wanted) kept.keep_again(now, store);
+                        }
+                    }
+                    REQUIRE(now == wanted);
+                    REQUIRE(Counted::all <= kept.most());
+                }
+            }
+}
+
 }  // namespace checkpoint_tests
