@@ -54,7 +54,8 @@ struct Distance {
 //! `state` of each particle; `gradient.set().material.mu` for all particles; `gradient.intervals[k].gravity`,
 //! `acceleration`, `boundary`, `transfer` for each call of `advance()` or `step()`. So actuation in many intervals is
 //! many calls. Of a collider that moves, `boundary` has the derivatives by its velocity and spin, with what they do to
-//! its later places. `examples/22_walk.cpp` has muscles whose tensions are parameters of a material of its own.
+//! its later places. Loads that are made by `differentiable_load(f)`, of a template `f` over the scalar, have their
+//! derivatives in `gradient.intervals[k].loads`. `examples/22_walk.cpp` has muscles whose tensions are parameters of a material of its own.
 Distance distance(double young, const Points& wanted) {
     Simulation simulation = block_of(young);
     firn::Adjoint adjoint(simulation, {.memory = std::size_t(64) << 20});
@@ -124,8 +125,8 @@ int main() {
     //! ## What has no way back
     //!
     //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `FBar`, `VolumeFilter`,
-    //! `Fmpm`, passes of your own, mirrored walls, loads, forces between particles, sources and sinks are refused with
-    //! a sentence when the `Adjoint` is made.
+    //! `Fmpm`, passes of your own, mirrored walls, loads that are not made by `differentiable_load()`, forces between
+    //! particles, sources and sinks are refused with a sentence when the `Adjoint` is made.
     const double found = std::exp(now);
     std::printf("found %.1f Pa, true are %.1f Pa\n", found, truth);
     return std::abs(found / truth - 1) < 1e-4 ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -8,6 +8,7 @@
 #include "support/random_numbers.hpp"
 #include <firn/adjoint.hpp>
 
+#include <functional>
 #include <map>
 
 namespace tangent {
@@ -46,6 +47,8 @@ class Run {
     static constexpr bool blended = blends_velocities<Transfer>;
 
 public:
+    std::function<Vec<T, D>(const Vec<T, D>& x, double time)> load;  ///< of all particles; may be empty
+
     /// \param simulation  prepared: its first stresses are not computed here;  \param direction  of one interval
     Run(const Simulation& simulation, const Gradient<Simulation>& direction)
         : domain_(simulation.domain()),
@@ -80,6 +83,9 @@ public:
     void step(double dt) {
         const double h = domain_.cell_size;
         Nodes nodes;
+        if (load)
+            for (Particle& p : particles_) p.velocity += load(p.position, time_) * (T(dt) / p.mass);
+        time_ += dt;
         for (const Particle& p : particles_)
             for_nodes(p.position, [&](const Node& node, const auto& index) {
                 Sum& sum = nodes[index];
@@ -254,6 +260,7 @@ private:
     Vec<T, D> gravity_;
     std::vector<Particle> particles_;
     std::size_t flows_ = 0;
+    double time_ = 0;  // [s]
 };
 
 /// How far a gradient is from the tangent run of the same steps, along a direction.
@@ -324,13 +331,16 @@ void fill(Gradient<Simulation>& direction, const Simulation& like, test_support:
         fill_all(interval.gravity.v, 10);
         relative(interval.boundary, like.boundary, 0.1);
         relative(interval.transfer, like.transfer, 0);
+        for (auto& load : interval.loads)
+            for (auto& parameter : load.parameters) parameter.second = random.uniform(-1, 1);
     }
 }
 
 /// Takes steps of a simulation through an Adjoint, and compares its gradient with tangent runs in random directions.
 /// The size of a step must be a power of two, so that the steps end at their time.
-template <class Simulation>
-std::vector<Compared> compare(Simulation simulation, int steps, int directions) {
+/// \param load  the only load of the simulation, on all particles, if it has one
+template <class Simulation, class Load = std::nullptr_t>
+std::vector<Compared> compare(Simulation simulation, int steps, int directions, const Load& load = {}) {
     Simulation start = simulation;
     Adjoint adjoint(simulation);
     adjoint.advance(steps * simulation.fixed_time_step);
@@ -343,6 +353,14 @@ std::vector<Compared> compare(Simulation simulation, int steps, int directions) 
         auto direction = gradient.zero();
         fill(direction, start, random);
         Run<Simulation> run(start, direction);
+        if constexpr (!std::same_as<Load, std::nullptr_t>) {
+            std::vector<double> along;
+            for (const auto& parameter : direction.intervals[0].loads.at(0).parameters)
+                along.push_back(parameter.second);
+            auto lifted = lift<T>(load);
+            set_derivatives(lifted, along);
+            run.load = lifted;
+        }
         for (int k = 0; k < steps; ++k) {
             run.step(simulation.fixed_time_step);
             if constexpr (has_returned<typename Simulation::material_type, Simulation::dimension>)
@@ -363,9 +381,9 @@ std::vector<Compared> compare(Simulation simulation, int steps, int directions) 
 
 /// Checks that steps J and their way back are transposes of each other to rounding: |⟨u, J v⟩ − ⟨Jᵀu, v⟩| is at most
 /// 1e-12 Σ|u_i (J v)_i|.
-template <class Simulation>
-void check_transposed(const Simulation& simulation, int steps, int directions) {
-    for (const Compared& one : compare(simulation, steps, directions)) {
+template <class Simulation, class Load = std::nullptr_t>
+void check_transposed(const Simulation& simulation, int steps, int directions, const Load& load = {}) {
+    for (const Compared& one : compare(simulation, steps, directions, load)) {
         CAPTURE(one.gradient, one.tangent, one.terms);
         CHECK(std::abs(one.gradient - one.tangent) <= 1e-12 * one.terms);
         CHECK(one.terms > 0);

@@ -49,10 +49,11 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
                                        "it. Choose another policy, or leave the pass out."));
     }
     for (const SetOf<S, D>& set : simulation_.sets())
-        if (set.loads || set.forces || !set.sources.empty() || !set.sinks.empty())
+        if (set.forces || !set.sources.empty() || !set.sinks.empty())
             throw usage_error(
-                "This simulation has loads, forces between particles, sources or sinks. They have no way back: there "
-                "are no derivatives through them.");
+                "This simulation has forces between particles, sources or sinks. They have no way back: there are no "
+                "derivatives through them.");
+    detail::refuse_loads_of_doubles(simulation_.sets_);
     if (const char* const why = detail::no_motion_back(simulation_.boundary))
         throw usage_error(
             sentence("A collider of this simulation has no way back, so there are no derivatives through "
@@ -158,12 +159,8 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
         simulation_.step_by(dt, changed);
     };
     next.back = [this, acceleration](double dt, Interval& interval) { back_by(dt, acceleration, interval); };
-    for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
-        if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
-            for (int a = 0; a < D; ++a) next.names.push_back(sentence(name, "[", a, "]"));
-        else
-            next.names.push_back(name);
-    });
+    next.names = detail::names_of(acceleration);
+    next.loads = detail::RecordedLoads<S, D>(simulation_.sets_);
     intervals_.push_back(std::move(next));
 }
 
