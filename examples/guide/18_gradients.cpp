@@ -55,7 +55,8 @@ struct Distance {
 //! `state` of each particle; `gradient.set().material.mu` for all particles; `gradient.intervals[k].gravity`,
 //! `acceleration`, `boundary`, `transfer` for each call of `advance()` or `step()`. So actuation in many intervals is
 //! many calls. Of a collider that moves, `boundary` has the derivatives by its velocity and spin, with what they do to
-//! its later places. `examples/22_walk.cpp` has muscles whose tensions are parameters of a material of its own.
+//! its later places. Loads that are made by `differentiable_load(f)`, of a template `f` over the scalar, have their
+//! derivatives in `gradient.intervals[k].loads`. `examples/22_walk.cpp` has muscles whose tensions are parameters of a material of its own.
 Distance distance(double young, const Points& wanted) {
     Simulation simulation = block_of(young);
     firn::Adjoint adjoint(simulation, {.memory = std::size_t(64) << 20});
@@ -125,7 +126,8 @@ int main() {
     //! ## What has no way back
     //!
     //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, `Fmpm`, passes
-    //! of your own, loads and forces between particles are refused with a sentence when the `Adjoint` is made.
+    //! of your own, loads that are not made by `differentiable_load()`, and forces between particles are refused with a
+    //! sentence when the `Adjoint` is made.
     //!
     //! Sources and sinks have a way back. `velocity[id]` of a particle from a source is the derivative by the velocity
     //! with which it came in. When a particle comes or goes is held.

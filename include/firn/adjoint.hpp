@@ -2,3 +2,4 @@
 #pragma once
 
 #include <firn/adjoint/adjoint.hpp>
+#include <firn/adjoint/load.hpp>

@@ -39,9 +39,9 @@ namespace tangent {
 
 /// Checks that steps J and their way back are transposes of each other to rounding: |⟨u, J v⟩ − ⟨Jᵀu, v⟩| is at most
 /// 1e-12 Σ|u_i (J v)_i|.
-template <class Simulation>
-void check_transposed(const Simulation& simulation, int steps, int directions) {
-    for (const Compared& one : compare(simulation, steps, directions)) {
+template <class Simulation, class Load = std::nullptr_t>
+void check_transposed(const Simulation& simulation, int steps, int directions, const Load& load = {}) {
+    for (const Compared& one : compare(simulation, steps, directions, load)) {
         CAPTURE(one.gradient, one.tangent, one.terms);
         CHECK(one.value_of_tangent == Approx(one.value).epsilon(1e-9));  // the same run
         if constexpr (has_returned<typename Simulation::material_type, Simulation::dimension>)

@@ -8,6 +8,7 @@
 #include "support/random_numbers.hpp"
 #include <firn/adjoint.hpp>
 
+#include <functional>
 #include <map>
 #include <stdexcept>
 
@@ -47,6 +48,8 @@ class Run {
     static constexpr bool blended = blends_velocities<Transfer>;
 
 public:
+    std::function<Vec<T, D>(const Vec<T, D>& x, double time)> load;  ///< of all particles; may be empty
+
     /// \param simulation  prepared: its first stresses are not computed here;  \param direction  of one interval
     Run(const Simulation& simulation, const Gradient<Simulation>& direction)
         : domain_(simulation.domain()),
@@ -81,6 +84,9 @@ public:
     void step(double dt) {
         const double h = domain_.cell_size;
         Nodes nodes;
+        if (load)
+            for (Particle& p : particles_) p.velocity += load(p.position, time_) * (T(dt) / p.mass);
+        time_ += dt;
         for (const Particle& p : particles_)
             for_nodes(p.position, [&](const Node& node, const auto& index) {
                 Sum& sum = nodes[index];
@@ -268,6 +274,7 @@ private:
     std::vector<Particle> particles_;
     MeasuredReaction<T, D> reaction_;
     std::size_t flows_ = 0;
+    double time_ = 0;  // [s]
 };
 
 /// How far a gradient is from the tangent run of the same steps, along a direction.
@@ -340,13 +347,16 @@ void fill(Gradient<Simulation>& direction, const Simulation& like, test_support:
         fill_all(interval.gravity.v, 10);
         relative(interval.boundary, like.boundary, 0.1);
         relative(interval.transfer, like.transfer, 0);
+        for (auto& load : interval.loads)
+            for (auto& parameter : load.parameters) parameter.second = random.uniform(-1, 1);
     }
 }
 
 /// Takes steps of a simulation through an Adjoint, and compares its gradient with tangent runs in random directions.
 /// The size of a step must be a power of two, so that the steps end at their time.
-template <class Simulation>
-std::vector<Compared> compare(Simulation simulation, int steps, int directions) {
+/// \param load  the only load of the simulation, on all particles, if it has one
+template <class Simulation, class Load = std::nullptr_t>
+std::vector<Compared> compare(Simulation simulation, int steps, int directions, const Load& load = {}) {
     Simulation start = simulation;
     Adjoint adjoint(simulation);
     adjoint.advance(steps * simulation.fixed_time_step);
@@ -360,6 +370,14 @@ std::vector<Compared> compare(Simulation simulation, int steps, int directions) 
         fill(direction, start, random);
         Run<Simulation> run(start, direction);
         double flowing = 0;
+        if constexpr (!std::same_as<Load, std::nullptr_t>) {
+            std::vector<double> along;
+            for (const auto& parameter : direction.intervals[0].loads.at(0).parameters)
+                along.push_back(parameter.second);
+            auto lifted = lift<T>(load);
+            set_derivatives(lifted, along);
+            run.load = lifted;
+        }
         for (int k = 0; k < steps; ++k) {
             run.step(simulation.fixed_time_step);
             if (k == 0) flowing = double(run.flows()) / double(start.particles().size());

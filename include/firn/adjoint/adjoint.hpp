@@ -8,6 +8,7 @@
 #include <firn/adjoint/gradient.hpp>
 #include <firn/adjoint/grid_update.hpp>
 #include <firn/adjoint/jumps.hpp>
+#include <firn/adjoint/load.hpp>
 #include <firn/adjoint/measure.hpp>
 #include <firn/adjoint/mirror.hpp>
 #include <firn/adjoint/motion.hpp>
@@ -62,8 +63,8 @@ struct DerivativeCheck {
 /// collider takes and leaves nodes in jumps, and a particle that is kept inside the domain has the derivative 0.
 /// \see check
 ///
-/// Between two calls the program may change gravity, the boundary and the transfer; each call begins an interval. It
-/// must not change particles, nor add sources or sinks.
+/// Between two calls the program may change gravity, the boundary, the transfer and the loads; each call begins an
+/// interval. It must not change particles, nor add sources or sinks.
 ///
 /// Particles that sources give and that sinks, or the end of their lifespan, take away are followed by their ids. The
 /// gradient has the derivatives by what each had when it came in. When a particle comes or goes is held: the gradient
@@ -76,8 +77,9 @@ struct DerivativeCheck {
 /// between are taken again, to the bit. \see Checkpoints
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
-/// is made, with a usage_error that names the pass: VolumeFilter, FMPM, passes of the program; loads,
-/// forces between particles; a boundary that moves by code of the program which is not a template over the scalar.
+/// is made, with a usage_error that names the pass: VolumeFilter, FMPM, passes of the program; loads that are not made
+/// by differentiable_load(), forces between particles; a boundary that moves by code of the program which is not a
+/// template over the scalar.
 template <class Simulation>
 class Adjoint {
     static constexpr int D = Simulation::dimension;
@@ -218,6 +220,7 @@ private:
         std::vector<double> of_acceleration, of_boundary, of_transfer;
         std::vector<std::string> names;
         bool is_uniform;
+        detail::RecordedLoads<S, D> loads;
     };
     using Bars = detail::ParticleAdjoints<S, D>;
     /// Puts the simulation back as it was.
@@ -336,6 +339,7 @@ private:
     Nodes nodes_;                     // of the step that goes back
     Nodes* keep_ = nullptr;           // receives the nodes of the step that is taken
     aligned_vector<S> momenta_before_;
+    detail::VelocitiesBeforePush<S, D> before_push_;
     VolumeMemory<S> volume_memory_;
     SparseGrid<S, D> bar_grid_, bar_before_, before_walls_;
 };

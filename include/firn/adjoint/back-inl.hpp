@@ -9,6 +9,7 @@ template <class Simulation>
 void Adjoint<Simulation>::use(const Interval& interval) {
     simulation_.gravity = interval.gravity;
     simulation_.transfer = interval.transfer;
+    interval.loads.give_to(simulation_.sets_);
 }
 
 template <class Simulation>
@@ -134,6 +135,7 @@ void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleratio
     simulation_.with_step(dt, acceleration, [&](StepNow<S, D>& now) {
         keep_ = nodes_.are_kept ? nullptr : &nodes_;
         for (const Pass<S, D>& pass : simulation_.passes_) {
+            if (pass.name == "push") before_push_.keep(simulation_.sets_, simulation_.workers());
             if (pass.name == "p2g" && nodes_.are_kept) {
                 if constexpr (blended) {
                     copy_nodes(nodes_.before_forces, grid);
@@ -274,6 +276,12 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
             detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>, false>(threads, view, bar, set.partition,
                                                                                     grid, bar_before_.nodes(0), dt);
     });
+
+    // The push backwards.
+    before_push_.give_back(simulation_.sets_, threads);
+    simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+        interval.loads.back(k, set.particles, motion_of(bars_of<Set>(bars_[k])), simulation_.now_.time, dt, threads);
+    });
 }
 
 template <class Simulation>
@@ -363,7 +371,10 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     make_room(gradient);
     gradient.position_norm.resize(steps() + 1), gradient.velocity_norm.resize(steps() + 1);
     of_material_.assign(simulation_.sets_.size(), {});
-    for (Interval& interval : intervals_) interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
+    for (Interval& interval : intervals_) {
+        interval.of_acceleration = interval.of_boundary = interval.of_transfer = {};
+        interval.loads.forget();
+    }
     for (Bars& bars : bars_) bars.forget();
     keep_nodes();
     parallel_region(simulation_.workers(), [&] {
@@ -445,6 +456,7 @@ void Adjoint<Simulation>::write(Gradient<Simulation>& gradient) {
         fill(to.boundary, from.of_boundary);
         to.transfer = lift<double>(from.transfer);
         fill(to.transfer, from.of_transfer);
+        to.loads = from.loads.derivatives();
     }
 }
 

@@ -67,6 +67,7 @@ double Adjoint<Simulation>::value_along(const Gradient<Simulation>& direction, d
         const auto& by = direction.intervals[std::size_t(&interval - intervals_.data())];
         use(interval);
         detail::shift_numbers(simulation_.transfer, by.transfer, t);
+        interval.loads.give_to(simulation_.sets_, by.loads, t);
         if (interval.first == step) {
             // What has moved goes on from where it is now.
             const std::vector<double> moved = detail::numbers_of(simulation_.boundary);

@@ -6,6 +6,7 @@
 
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -26,13 +27,25 @@ struct SetGradient {
     with_scalar_t<Material, double> material{};  ///< by each parameter of the material, for all particles
 };
 
+/// The derivative by a number that has a name.
+using NamedDerivative = std::pair<std::string, double>;
+
+/// The derivatives by the parameters of a load. \see differentiable_load
+struct LoadGradient {
+    LoadId load{};  ///< The load.
+    /// By each number among the parameters() of its force, in their order, with its name.
+    std::vector<NamedDerivative> parameters{};
+};
+
 /// The derivatives by what was set for an interval of time: from one call of advance() or step() to the next.
 template <int D, class Boundary, class Transfer>
 struct IntervalGradient {
     double from = 0;                                  ///< The time at which the interval begins [s].
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< By the acceleration, if it was a vector [per m/s²].
     /// By each number among the parameters() of an acceleration field, in their order, with its name.
-    std::vector<std::pair<std::string, double>> acceleration{};
+    std::vector<NamedDerivative> acceleration{};
+    /// For each load that acted, in the order of the materials and of add_load(): the derivatives by its parameters.
+    std::vector<LoadGradient> loads{};
     /// By each parameter of the boundary, and by the frictions of walls. The derivatives by the position and the
     /// rotation of a collider are those by what they are when the interval begins. They, and those by its velocities,
     /// count where the collider is in later intervals, too, as long as the program does not set it anew.
@@ -72,6 +85,8 @@ void for_gradient(Any& gradient, const F& f) {
     for (auto& interval : gradient.intervals) {
         for (auto& number : interval.gravity.v) f(number);
         for (auto& parameter : interval.acceleration) f(parameter.second);
+        for (auto& load : interval.loads)
+            for (auto& parameter : load.parameters) f(parameter.second);
         for_reals(interval.boundary, f);
         for_reals(interval.transfer, f);
     }

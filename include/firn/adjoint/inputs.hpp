@@ -1,6 +1,7 @@
 /// \file The parameters of a policy as inputs of a derivative.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/parameters.hpp>
 #include <firn/math/traced.hpp>
@@ -13,9 +14,13 @@ namespace firn::inline FIRN_BUILD::detail {
 /// Returns the sum of the numbers in all lanes.
 template <class P>
 double sum_of_lanes(const P& a) {
-    double sum = 0;
-    for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) sum += double(lane_value(a, lane));
-    return sum;
+    if constexpr (std::floating_point<P>) {
+        return double(a);
+    } else {
+        double sum = 0;
+        for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) sum += double(lane_value(a, lane));
+        return sum;
+    }
 }
 
 /// Calls f(one) for each policy of which a policy consists; a policy without parts is the only one.
@@ -57,6 +62,19 @@ template <class P>
 std::vector<double> numbers_of(const P& policy) {
     std::vector<double> all;
     for_reals(policy, [&](const auto& number) { all.push_back(double(number)); });
+    return all;
+}
+/// Returns the names of a policy's numbers, in the order of for_reals(), as far as they are among the parameters. Those
+/// of a vector's components are "name[0]", "name[1]", …
+template <class P>
+std::vector<std::string> names_of(const P& policy) {
+    std::vector<std::string> all;
+    for_parameters(policy, [&]<class Value>(const std::string& name, const char*, const Value& value) {
+        if constexpr (is_vector<Value>)
+            for (std::size_t a = 0; a < std::size(value.v); ++a) all.push_back(sentence(name, "[", a, "]"));
+        else if constexpr (std::floating_point<Value>)
+            all.push_back(name);
+    });
     return all;
 }
 /// Adds t times the numbers of `direction`, a policy of the same kind with doubles, to those of a policy.

@@ -88,10 +88,11 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
                                        "it. Choose another policy, or leave the pass out."));
     }
     for (const SetOf<S, D>& set : simulation_.sets())
-        if (set.loads || set.forces)
+        if (set.forces)
             throw usage_error(
-                "This simulation has loads or forces between particles. They have no way back: there are no "
-                "derivatives through them.");
+                "This simulation has forces between particles. They have no way back: there are no derivatives through "
+                "them.");
+    detail::refuse_loads_of_doubles(simulation_.sets_);
     if (const char* const why = detail::no_motion_back(simulation_.boundary))
         throw usage_error(
             sentence("A collider of this simulation has no way back, so there are no derivatives through "
@@ -208,12 +209,8 @@ void Adjoint<Simulation>::begin_interval(const Acceleration& acceleration) {
         prepare_again();
     };
     next.back = [this, acceleration](std::size_t step, Interval& interval) { back_by(step, acceleration, interval); };
-    for_parameters(acceleration, [&](const std::string& name, const char*, const auto& value) {
-        if constexpr (detail::is_vector<std::remove_cvref_t<decltype(value)>>)
-            for (int a = 0; a < D; ++a) next.names.push_back(sentence(name, "[", a, "]"));
-        else
-            next.names.push_back(name);
-    });
+    next.names = detail::names_of(acceleration);
+    next.loads = detail::RecordedLoads<S, D>(simulation_.sets_);
     intervals_.push_back(std::move(next));
 }
 

@@ -29,11 +29,22 @@ namespace detail {
 template <std::floating_point S, int D>
 class Loads final : public Push<S, D> {
 public:
-    std::unique_ptr<Push<S, D>> copy() const override { return std::make_unique<Loads>(*this); }
+    /// Returns a copy, without the forces that are kept.
+    std::unique_ptr<Push<S, D>> copy() const override {
+        auto other = std::make_unique<Loads>();
+        other->loads_ = loads_, other->numbers_ = numbers_, other->next_ = next_;
+        return other;
+    }
     /// Returns the number of the load.
     std::uint32_t add(Load<D> load);
     /// Removes a load. Returns whether there was one with this number.
     bool remove(std::uint32_t number);
+    /// Returns the loads, whose forces may be changed before a step.
+    std::vector<Load<D>>& all() { return loads_; }
+    /// Returns the loads.
+    const std::vector<Load<D>>& all() const { return loads_; }
+    /// Returns the number of the load at index i of all().
+    std::uint32_t number(std::size_t i) const { return numbers_[i]; }
 
     /// Keeps the forces for the push() that follows, if there is only one load.
     double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override;

@@ -261,7 +261,7 @@ TEST_CASE("an adjoint tells what it cannot do", "[adjoint]") {
     check_refused<usage_error>([&] { Adjoint adjoint(sinking); }, "advanced() is not a template over the scalar");
     Elastic loaded = falling();
     loaded.add_load({0, 1}, [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
-    check_refused<usage_error>([&] { Adjoint adjoint(loaded); }, "loads");
+    check_refused<usage_error>([&] { Adjoint adjoint(loaded); }, "firn::differentiable_load");
 }
 
 }  // namespace gradient_tests
