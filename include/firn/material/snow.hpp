@@ -145,8 +145,9 @@ struct Snow {
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const StretchRange<S> squared = squared_stretch_range(trial.F);
-        const auto elastic = (lowest_stretch * lowest_stretch < squared.lowest) &
-                             (squared.highest < highest_stretch * highest_stretch) & (S(0) < determinant(trial.F));
+        const auto holds_low = lowest_stretch * lowest_stretch < squared.lowest,
+                   holds_high = squared.highest < highest_stretch * highest_stretch,
+                   upright = S(0) < determinant(trial.F), elastic = holds_low & holds_high & upright;
         const auto doubtful = !elastic;
         state<D> snow = trial;
         if (any(doubtful)) {
@@ -160,7 +161,8 @@ struct Snow {
             S volume = trial.plastic_volume;
             unroll<D>([&](auto i) FIRN_LAMBDA {
                 const S sigma = p.stretches.v[i];
-                yields = yields | (sigma < lowest_stretch - rounding) | (highest_stretch + rounding < sigma);
+                const auto too_low = sigma < lowest_stretch - rounding, too_high = highest_stretch + rounding < sigma;
+                yields = yields | too_low | too_high;
                 volume = volume / (S(1) + change(sigma));
             });
             const Mat<S, D>& whole = trial.F;
