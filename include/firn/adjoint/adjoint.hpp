@@ -151,6 +151,8 @@ public:
 
     /// Measures a reaction after every step from now on: adds f(reaction) each time. With the impulse itself, the sum
     /// is the impulse of all these steps. \see measure_reaction
+    /// \throws usage_error  if the simulation was advanced or changed without the adjoint. A step throws what
+    ///                      measure_reaction() throws
     template <class Function>
     void measure_reaction_steps(std::size_t part, const Function& f);
 
