@@ -147,7 +147,8 @@ struct Snow {
         const StretchRange<S> squared = squared_stretch_range(trial.F);
         const auto holds_low = lowest_stretch * lowest_stretch < squared.lowest,
                    holds_high = squared.highest < highest_stretch * highest_stretch,
-                   upright = S(0) < determinant(trial.F), elastic = holds_low & holds_high & upright;
+                   upright = S(0) < determinant(trial.F);
+        const auto elastic = holds_low & holds_high & upright;
         const auto doubtful = !elastic;
         state<D> snow = trial;
         if (any(doubtful)) {
