@@ -1,7 +1,7 @@
 // quick: no
 // sanitized: no
 /// \file The gradient through runs in which particles come and go, against difference quotients.
-#include "support/derivatives.hpp"
+#include "support/gradient_checks.hpp"
 #include "support/message.hpp"
 
 using namespace derivatives;

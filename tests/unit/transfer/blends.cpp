@@ -2,6 +2,7 @@
 /// \file Transfers with further passes, FLIP, AFLIP, ASFLIP and FMPM: against their definitions, what they keep, and
 /// that bodies come apart.
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 
 #include "dust.hpp"
 #include <Eigen/Dense>

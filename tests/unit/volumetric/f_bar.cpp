@@ -1,6 +1,7 @@
 // sanitized: no
 /// \file FBar: the volume change of a particle is the average of those around it, in every combination of policies.
 #include "support/by_definition.hpp"
+#include "support/catch.hpp"
 
 using namespace firn;
 using by_definition::Case;
