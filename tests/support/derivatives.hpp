@@ -14,6 +14,12 @@ namespace derivatives {
 using namespace firn;
 using test_support::Random;
 
+/// Returns the 5-point difference quotient of at(t) at t = 0, for steps of size h.
+template <class Value>
+double difference_quotient(const Value& at, double h) {
+    return (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+}
+
 /// How much inputs change with t, relative to their usual sizes.
 struct Along {
     double position = 0, velocity = 0, affine = 0, state = 0, mass = 0, volume = 0, material = 0, transfer = 0,
@@ -198,8 +204,7 @@ struct Run {
         double least = std::numeric_limits<double>::infinity();
         if (got == 0) return least;
         for (const double t : {1e-4, 1e-5, 1e-6}) {
-            const double a = value(t) - value(-t), b = value(2 * t) - value(-2 * t);
-            const double wanted = (8 * a - b) / (12 * t);
+            const double wanted = difference_quotient([&](double change) { return value(change); }, t);
             least = std::min(least, std::abs(got - wanted) / std::max(std::abs(wanted), 1e-300));
         }
         return least;

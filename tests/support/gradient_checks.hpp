@@ -7,6 +7,19 @@
 
 namespace derivatives {
 
+/// Compares a derivative with differences of at(t), of which differences are taken for t of the order of `size`.
+template <class Value>
+void check_slope(double got, double size, const Value& at) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double relative : {1e-4, 1e-5, 1e-6}) {
+        const double h = relative * std::abs(size);
+        const double wanted = difference_quotient(at, h);
+        least = std::min(least, std::abs(got - wanted) / std::abs(wanted));
+    }
+    CHECK(got != 0);
+    CHECK(least < 1e-6);
+}
+
 /// Checks a run's gradient along random directions: all inputs of run.along together, then each kind of them alone.
 template <class Simulation>
 void check_derivatives(Run<Simulation> run, double allowed = 1e-6) {

@@ -6,7 +6,6 @@
 #include <firn/field/gravity.hpp>
 #include <firn/loops/grid_update.hpp>
 
-#include <limits>
 #include <optional>
 
 namespace firn::inline FIRN_BUILD::detail {
@@ -56,10 +55,7 @@ void update_grid_back(int threads, const SparseGrid<S, D>& grid, const S* moment
                 load_quads(bars + first_node + from * node_width, bar);
                 if (!any(r[node_mass] > P(0))) continue;
                 tape.cut(start);
-                // Masses of nodes range down to the smallest numbers, whose inverse squares are infinite. So the mass
-                // of each node is the unit of its momentum and mass.
-                const auto filled = r[node_mass] >= P(std::numeric_limits<S>::min());
-                const P unit = select(filled, r[node_mass], P(1)), per_unit = P(1) / unit;
+                const P unit = own_unit(r[node_mass]), per_unit = P(1) / unit;  // of momentum and mass
                 const Vec<P, D> place = places_of_nodes<P, D>(cast<S>(low), S(h), from);
                 Vec<T, D> momentum, x;
                 Vec<P, D> adjoint;

@@ -6,6 +6,7 @@
 #include <firn/core/parameters.hpp>
 #include <firn/math/traced.hpp>
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,13 @@ double sum_of_lanes(const P& a) {
         for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) sum += double(lane_value(a, lane));
         return sum;
     }
+}
+
+/// Returns the unit in which masses, or volumes, of nodes are traced: the number itself, or 1 where there is no matter.
+/// Such numbers range down to the smallest ones, whose inverse squares are infinite.
+template <class P>
+FIRN_INLINE P own_unit(const P& mass) {
+    return select(mass >= P(std::numeric_limits<value_type_t<P>>::min()), mass, P(1));
 }
 
 /// Calls f(one) for each policy of which a policy consists; a policy without parts is the only one.

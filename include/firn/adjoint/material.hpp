@@ -67,6 +67,12 @@ FIRN_INLINE void store_adjoints(const std::array<Field, N>& bars, const Slots& s
         for (int k = 0; k < bars[f].components; ++k) bars[f].store(slots, k, adjoint_of(numbers[next++]));
 }
 
+/// Adds to component k of the numbers of particles.
+template <class Field, class P>
+FIRN_INLINE void add_at(const Field& field, const Slots& slots, int k, const P& more) {
+    field.store(slots, k, field.template load<P>(slots, k) + more);
+}
+
 /// The adjoints of stresses: of the numbers that are stored.
 template <class P, int D>
 using StressBar = std::array<P, std::size_t(symmetric_size<D>)>;
@@ -252,11 +258,8 @@ void update_stress_back(int threads, const View& view, const View& bar, const Bl
             policy.add_to(sums.of(pack));
             std::size_t next = 0;
             for (const BlockedSpan<S>& field : bar.state)
-                for (int k = 0; k < field.components; ++k)
-                    field.store(slots, k, field.template load<P>(slots, k) + adjoint_of(numbers[next++]));
-            unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                bar.affine.store(slots, k, bar.affine.template load<P>(slots, k) + adjoint_of(C.m[k]));
-            });
+                for (int k = 0; k < field.components; ++k) add_at(field, slots, k, adjoint_of(numbers[next++]));
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { add_at(bar.affine, slots, k, adjoint_of(C.m[k])); });
         }
     });
 }

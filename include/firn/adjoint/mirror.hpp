@@ -35,9 +35,7 @@ template <class P, int D>
     using T = traced<P>;
     Tape<P>& tape = Tape<P>::mine();
     tape.cut(1);
-    // The inverse squares of small masses are infinite, so the mass of the column is their unit.
-    const P sum = at.mass_behind + at.mass_on + at.mass_front;
-    const P unit = select(sum >= P(std::numeric_limits<S>::min()), sum, P(1)), per_unit = P(1) / unit;
+    const P unit = own_unit(at.mass_behind + at.mass_on + at.mass_front), per_unit = P(1) / unit;
     const T mu = T::input(P(S(friction)));
     const NodeColumn<T, D> before{inputs(at.behind),
                                   inputs(at.on),

@@ -53,13 +53,11 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
         const FilledArena<Kernel, S, D> nodes(bars, grid, partition, group, places);
         const int n = nodes.arena.n;
         PackPlaces<Kernel, gradients, S, D> pack;
-        const auto add = [](const BlockedSpan<S>& to, const Slots& slots, int k, const P& more)
-                             FIRN_LAMBDA { to.store(slots, k, to.template load<P>(slots, k) + more); };
         const auto write = [&](const BlockedSpan<S>& to, const Slots& slots, int k, const P& number) FIRN_LAMBDA {
             if constexpr (first)
                 to.store(slots, k, number);
             else
-                add(to, slots, k, number);
+                add_at(to, slots, k, number);
         };
         for_registers<P>(
             places, group, [&](std::size_t slot) { nodes.locate(pack, places, slot); },
@@ -84,12 +82,12 @@ void p2g_back(int threads, const View& view, const Bar& bar, const BlockPartitio
                 const P2GParticle<P, D> of = give_back_to_particle<Kernel, Transfer, Force>(
                     particle, held, {sums.fourth, sums.of_nodes.velocity, sums.of_nodes.moment, sums.of_nodes.gradient},
                     offset, P(h), P(S(dt)), offset_bar);
-                add(bar.mass, slots, 0, of.mass);
-                add(bar.volume, slots, 0, of.volume);
+                add_at(bar.mass, slots, 0, of.mass);
+                add_at(bar.volume, slots, 0, of.volume);
                 unroll<D>([&](auto a) FIRN_LAMBDA {
-                    add(bar.position, slots, a, slope.v[a] + offset_bar.v[a]);
+                    add_at(bar.position, slots, a, slope.v[a] + offset_bar.v[a]);
                     if constexpr (blends_velocities<Transfer>)
-                        add(bar.velocity, slots, a, of.velocity.v[a]);
+                        add_at(bar.velocity, slots, a, of.velocity.v[a]);
                     else
                         write(bar.velocity, slots, a, of.velocity.v[a]);
                 });

@@ -4,7 +4,6 @@
 #include <firn/adjoint/g2p.hpp>
 #include <firn/loops/volume_passes.hpp>
 
-#include <limits>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
@@ -21,8 +20,7 @@ void average_rates_back(int threads, const S* averages, const S* volumes, Sparse
         load_quads(averages + index, average);
         load_quads(volumes + index, volume);
         load_quads(node, bar);
-        const auto filled = volume[node_mass] >= P(std::numeric_limits<S>::min());
-        const P unit = select(filled, volume[node_mass], P(1)), per_unit = P(1) / unit;
+        const P unit = own_unit(volume[node_mass]), per_unit = P(1) / unit;
         Tape<P>& tape = Tape<P>::mine();
         tape.cut(1);
         const T of_volume = T::input(volume[node_mass] * per_unit),
@@ -35,24 +33,6 @@ void average_rates_back(int threads, const S* averages, const S* volumes, Sparse
         bar[node_mass] = adjoint_of(of_volume) * per_unit;
         store_quads(bar, node);
     });
-}
-
-/// The way back of mirror_rates(), which is its own transpose.
-template <std::floating_point S, int D>
-void mirror_rates_back(int threads, SparseGrid<S, D>& bars, const Mirrors& mirrors) {
-    using P = native_pack<S>;
-    using Columns = BlockColumns<S, D>;
-    for (const MirrorPlane& plane : mirrors.planes)
-        parallel_for(
-            bars.block_count(), threads,
-            [&](std::size_t b, int) {
-                if (bars.block_along(b, plane.axis) != plane.node >> 2) return;
-                Columns columns(bars, plane, b);
-                for (int first = 0; first < Columns::padded; first += scalar_traits<P>::lanes)
-                    columns.set(first, with_both_sides(columns.column(first)));
-                columns.write();
-            },
-            64);
 }
 
 /// The way back of the gather of rates and of the scatter of the sums: adds to the records of particles, whose scatter
@@ -109,14 +89,12 @@ void gather_rates_back(int threads, const View& view, const Bar& bar, const Bloc
                 const WeightSlopes<Kernel, gradients, P, D> weights(fraction);
                 place_bar +=
                     offset_bar + slope_of_sums<Kernel, gradients>(record, weights, velocities.arena.node, n, corner);
-                const auto add = [&](const BlockedSpan<S>& to, int k, const P& more)
-                                     FIRN_LAMBDA { to.store(slots, k, to.template load<P>(slots, k) + more); };
-                unroll<D>([&](auto a) FIRN_LAMBDA { add(bar.position, a, place_bar.v[a]); });
-                add(bar.volume, 0, adjoint_of(of_volume));
-                unroll<D>([&](auto k) FIRN_LAMBDA { add(records, k, record.momentum.v[k]); });
+                unroll<D>([&](auto a) FIRN_LAMBDA { add_at(bar.position, slots, a, place_bar.v[a]); });
+                add_at(bar.volume, slots, 0, adjoint_of(of_volume));
+                unroll<D>([&](auto k) FIRN_LAMBDA { add_at(records, slots, k, record.momentum.v[k]); });
                 unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                    add(records, D + k, record.affine.m[k]);
-                    if constexpr (gradients) add(records, D + D * D + k, record.gradient.m[k]);
+                    add_at(records, slots, D + k, record.affine.m[k]);
+                    if constexpr (gradients) add_at(records, slots, D + D * D + k, record.gradient.m[k]);
                 });
             });
     });
@@ -136,7 +114,7 @@ void average_volume_back(const Execution& execution, const SparseGrid<S, D>& gri
                                               ParticleSets<Volumes>(std::vector<ParticleSet<Volumes>>{
                                                   {{view.position, of_averages, of_averages, false}, partition}}));
     average_rates_back(threads, grid.nodes(0), grid.layer(layer::of_volumes<Transfer>), bars);
-    mirror_rates_back(threads, bars, mirrors);
+    mirror_rates(threads, bars, mirrors);
     gather_rates_back<Kernel, Transfer, Force>(threads, view, bar, partition, grid, bars.nodes(0), records);
 }
 

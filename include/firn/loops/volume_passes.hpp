@@ -71,16 +71,8 @@ void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, in
         });
 }
 
-/// Returns a column in which the nodes before and behind the wall both have the sum of both.
-template <class P, int D>
-FIRN_INLINE NodeColumn<P, D> with_both_sides(NodeColumn<P, D> column) {
-    column.front = column.behind = column.front + column.behind;
-    column.mass_front = column.mass_behind = column.mass_front + column.mass_behind;
-    return column;
-}
-
 /// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the
-/// rate of volume change has the same sign on both sides of a wall.
+/// rate of volume change has the same sign on both sides of a wall. The map is its own transpose.
 template <std::floating_point S, int D>
 void mirror_rates(int threads, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
     using P = native_pack<S>;
@@ -89,9 +81,14 @@ void mirror_rates(int threads, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
             grid.block_count(), threads,
             [&](std::size_t b, int) {
                 if (grid.block_along(b, plane.axis) != plane.node >> 2) return;
-                BlockColumns<S, D>(grid, plane, b).change([](const NodeColumn<P, D>& column) {
-                    return with_both_sides(column);
-                });
+                BlockColumns<S, D> columns(grid, plane, b);
+                for (int first = 0; first < BlockColumns<S, D>::padded; first += scalar_traits<P>::lanes) {
+                    NodeColumn<P, D> column = columns.column(first);
+                    column.front = column.behind = column.front + column.behind;
+                    column.mass_front = column.mass_behind = column.mass_front + column.mass_behind;
+                    columns.set(first, column);
+                }
+                columns.write();
             },
             64);
 }

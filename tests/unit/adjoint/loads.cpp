@@ -115,8 +115,7 @@ struct TwoIntervals {
         CHECK(got != 0);
         double least = std::numeric_limits<double>::infinity(), least_of_check = least;
         for (const double h : {1e-3, 1e-4, 1e-5, 1e-6}) {
-            const double a = value(direction, h) - value(direction, -h),
-                         b = value(direction, 2 * h) - value(direction, -2 * h), wanted = (8 * a - b) / (12 * h),
+            const double wanted = difference_quotient([&](double t) { return value(direction, t); }, h),
                          by_check = (4 * adjoint.check(gradient, direction, h).central -
                                      adjoint.check(gradient, direction, 2 * h).central) /
                                     3;

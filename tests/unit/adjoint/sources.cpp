@@ -61,19 +61,6 @@ void add_ids(const Set& set, std::vector<std::uint32_t>& all) {
     for (const std::uint32_t slot : slots_by_id(set.particles(), 1)) all.push_back(set.particles().id(slot));
 }
 
-/// Compares a derivative with differences of at(t), of which differences are taken for t of the order of `size`.
-template <class Value>
-void check_slope(double got, double size, const Value& at) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const double relative : {1e-4, 1e-5, 1e-6}) {
-        const double h = relative * std::abs(size);
-        const double wanted = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
-        least = std::min(least, std::abs(got - wanted) / std::abs(wanted));
-    }
-    CHECK(got != 0);
-    CHECK(least < 1e-6);
-}
-
 }  // namespace
 
 TEST_CASE("adjoints follow their particles, whichever come and go", "[adjoint]") {
