@@ -4,6 +4,7 @@
 
 #include <firn/adjoint/bars.hpp>
 #include <firn/adjoint/checkpoints.hpp>
+#include <firn/adjoint/from_to.hpp>
 #include <firn/adjoint/g2p.hpp>
 #include <firn/adjoint/gradient.hpp>
 #include <firn/adjoint/grid_update.hpp>
@@ -265,6 +266,9 @@ private:
     /// Refuses a simulation that was changed since the last recorded step. \throws usage_error
     void require_as_left() const;
     void store(Snapshot& to) const;
+    void store_moment(Snapshot& to) const;
+    /// Keeps the present state: the next step leaves its particles in the snapshot, or they are copied.
+    void keep_before_step(Snapshot& to);
     void restore(const Snapshot& from);
     void swap_with(Snapshot& from);
     void use(const Interval& interval);
@@ -274,6 +278,8 @@ private:
     void move_boundary_back(std::size_t step, Interval& interval);
     void take_again(std::size_t step, Nodes* keep);
     void keep_nodes();
+    /// Lets G2P leave the state before a step in a snapshot. \see keep_before_step
+    void leave_states();
     void copy_nodes(const aligned_vector<S>& from, SparseGrid<S, D>& to) const;
     template <class Acceleration>
     void bring_nodes(double dt, const Acceleration& acceleration);
@@ -340,6 +346,7 @@ private:
     std::size_t room_for_nodes_ = 0;  // for those of one checkpoint [bytes]
     Nodes nodes_;                     // of the step that goes back
     Nodes* keep_ = nullptr;           // receives the nodes of the step that is taken
+    Snapshot* leave_ = nullptr;       // receives the particles before the step that is taken
     aligned_vector<S> momenta_before_;
     detail::VelocitiesBeforePush<S, D> before_push_;
     VolumeMemory<S> volume_memory_;

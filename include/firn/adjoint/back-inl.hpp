@@ -31,7 +31,7 @@ void Adjoint<Simulation>::take_again(std::size_t step, Nodes* keep) {
     const Interval& interval = begin_step(step);
     keep_ = keep;
     interval.step(dts_[step], nullptr, 0);
-    keep_ = nullptr;
+    keep_ = nullptr, leave_ = nullptr;
     if (keep) keep->are_kept = !keep->momenta.empty();
     simulation_.now_ = moments_[step + 1];
     ++repetitions_[step];
@@ -54,13 +54,40 @@ void Adjoint<Simulation>::keep_nodes() {
 }
 
 template <class Simulation>
+void Adjoint<Simulation>::leave_states() {
+    PassList<S, D> passes;
+    for (Pass<S, D> pass : simulation_.passes_) {
+        if (pass.name == "g2p")
+            pass.act = [this, act = pass.act](RunOf<S, D>& run, StepNow<S, D>& now) {
+                if (!leave_) return act(run, now);
+                if (now.set == 0) simulation_.spoil();
+                simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+                    if (k != now.set) return;
+                    auto& before = static_cast<Set&>(*leave_->sets[k]);
+                    detail::leave_fields(set, before);
+                    const detail::PassReport of_set = detail::g2p_from_to<Kernel, Transfer, Force, Volume>(
+                        now.threads, before.particles.view(), set.particles.view(), set.partition, simulation_.grid_,
+                        set.material, now.dt, simulation_.transfer);
+                    set.report = of_set.report;
+                    now.right = now.right && of_set.right;
+                });
+            };
+        passes.add(std::move(pass));
+    }
+    simulation_.passes_ = std::move(passes);
+}
+
+template <class Simulation>
 void Adjoint<Simulation>::sort() {
     bool is_due = false;
-    for (std::size_t k = 0; k < simulation_.sets_.size(); ++k)
-        if (simulation_.sets_[k].report.sort_needed) {
-            simulation_.sort(k, simulation_.ranks(), simulation_.workers());
-            is_due = true;
-        }
+    for (std::size_t k = 0; k < simulation_.sets_.size(); ++k) {
+        SetOf<S, D>& set = simulation_.sets_[k];
+        if (!simulation_.is_sort_due(set)) continue;
+        simulation_.sort(k, simulation_.ranks(), simulation_.workers());
+        set.report.sort_needed = false;  // the step need not sort again
+        set.readiness.prepare();
+        is_due = true;
+    }
     if (is_due) simulation_.activate();
 }
 
@@ -81,7 +108,7 @@ void Adjoint<Simulation>::bring_state(std::size_t state) {
         for (; at < to; ++at) take_again(at, kept_->last() == at ? &kept_->state().nodes : nullptr);
         if (at == state) return;
         sort();
-        kept_->keep_again(at, [&](Snapshot& into) { store(into); });
+        kept_->keep_again(at, [&](Snapshot& into) { keep_before_step(into); });
     }
 }
 
@@ -377,6 +404,7 @@ Gradient<Simulation> Adjoint<Simulation>::gradient() {
     }
     for (Bars& bars : bars_) bars.forget();
     keep_nodes();
+    leave_states();
     parallel_region(simulation_.workers(), [&] {
         fit_bars();
         add_measures(steps());

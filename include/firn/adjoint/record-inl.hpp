@@ -110,6 +110,24 @@ void Adjoint<Simulation>::store(Snapshot& to) const {
         else
             to.sets[k] = set.copy();
     });
+    store_moment(to);
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::keep_before_step(Snapshot& to) {
+    const auto& sets = simulation_.sets_;
+    // Loads change the velocities before G2P.
+    bool leaves = to.sets.size() == sets.size();
+    for (std::size_t k = 0; k < sets.size(); ++k) leaves = leaves && to.sets[k] && !sets[k].loads;
+    if (!leaves) return store(to);
+    simulation_.for_materials(
+        [&]<class Set>(Set& set, std::size_t k) { detail::copy_without_fields(set, static_cast<Set&>(*to.sets[k])); });
+    store_moment(to);
+    leave_ = &to;
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::store_moment(Snapshot& to) const {
     to.now = simulation_.now_;
     to.boundary = simulation_.boundary;
     to.nodes.are_kept = false;

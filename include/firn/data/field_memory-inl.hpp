@@ -5,14 +5,18 @@
 
 namespace firn::inline FIRN_BUILD {
 
-FIRN_BODY FieldMemory& FieldMemory::operator=(const FieldMemory& other) {
-    if (this == &other) return *this;
+FIRN_BODY void FieldMemory::make_like(const FieldMemory& other) {
     order_ = other.order_, fields_ = other.fields_, width_ = other.width_, widest_ = other.widest_;
     slots_ = other.slots_, room_at_end_ = other.room_at_end_, workers_ = other.workers_;
     if (memory_.size() != other.memory_.size()) {
         memory_.clear();
         memory_.resize(other.memory_.size());
     }
+}
+
+FIRN_BODY FieldMemory& FieldMemory::operator=(const FieldMemory& other) {
+    if (this == &other) return *this;
+    make_like(other);
     const std::size_t begin = fields_.empty() ? 0 : fields_.front().offset, bytes = end_of_fields() - begin;
     detail::copy_and_fill(other.memory_.data() + begin, bytes, memory_.data() + begin, bytes, std::byte{}, workers_);
     return *this;

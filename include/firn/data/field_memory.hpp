@@ -25,6 +25,7 @@ enum class SlotOrder : std::uint8_t {
 /// and nothing is allocated as long as the memory has enough slots.
 class FieldMemory {
 public:
+    FieldMemory() = default;  ///< Makes a memory of no fields.
     /// Makes a memory without slots.
     /// \param table          the fields
     /// \param dimension      dimension of space: 2 or 3
@@ -48,6 +49,9 @@ public:
     /// @}
     FieldMemory(FieldMemory&&) = default;             ///< Takes the memory over.
     FieldMemory& operator=(FieldMemory&&) = default;  ///< Takes the memory over.
+
+    /// Takes the fields and the layout of another memory, with arbitrary numbers.
+    void make_like(const FieldMemory& other);
 
     /// Number of slots.
     std::size_t slots() const { return slots_; }
@@ -192,7 +196,7 @@ private:
             for (int l = 0; l < pack_size; ++l) to[l] = of[l][c * pack_size];
     }
 
-    SlotOrder order_;
+    SlotOrder order_ = SlotOrder::sorted;
     std::vector<Field> fields_;
     std::size_t width_ = 0, widest_ = 0;  // bytes per slot: of all fields together, and of the widest field
     std::size_t slots_ = 0;

@@ -231,6 +231,9 @@ public:
     /// \param workers    number of workers, at least 1
     void reorder(BlockPartition<D>& partition, int workers);
 
+    /// Gives the memory of all fields away, and takes `other` in its place. \return the memory that the store had
+    FieldMemory exchange_fields(FieldMemory other) { return std::exchange(fields_, std::move(other)); }
+
     /// Returns the arrays that P2G and contact read. The addresses are valid until the store is changed.
     BuiltIn motion();
 

@@ -78,7 +78,7 @@ class Positions {
 
 public:
     /// Whether positions are stored in cells; if not, in metres.
-    static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
+    static constexpr bool in_cells = std::derived_from<decltype(View::position), BlockedSpan<S>>;
 
     /// Makes a converter for positions in this domain.
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {

@@ -94,14 +94,13 @@ void RunOf<S, D>::check_time_step(double dt, const Ranks& ranks, int threads) {
 
 template <std::floating_point S, int D>
 bool RunOf<S, D>::sort_if_due(const Ranks& ranks, int threads) {
-    const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
     bool sorted = false;
     for (std::size_t k = 0; k < sets_.size(); ++k) {
         SetOf<S, D>& set = sets_[k];
-        const bool was_sorted = set.readiness.is(Readiness::sorted);
+        const bool due = is_sort_due(set);
         set.restored.reset();
         set.readiness.begin_step();
-        if (set.report.sort_needed || (due && !was_sorted)) {
+        if (due) {
             sort(k, ranks, threads);
             sorted = true;
         }
