@@ -65,6 +65,19 @@ struct SumsAround {
     static SumsAround zero() { return {{Vec<P, D>::zero(), Mat<P, D>::zero(), Mat<P, D>::zero()}, P(0)}; }
 };
 
+/// Returns a + o b, without products by 0 or ±1.
+template <int o, class P, int D>
+FIRN_INLINE Vec<P, D> moved(const Vec<P, D>& a, const Vec<P, D>& b) {
+    if constexpr (o == 0)
+        return a;
+    else if constexpr (o == 1)
+        return a + b;
+    else if constexpr (o == -1)
+        return a - b;
+    else
+        return a + b * P(o);
+}
+
 /// Returns the derivative, with respect to the particles' positions [cells], of
 ///
 ///     Σ_i  u_i · (N_i (p + A o_i) + G ∇N_i)  +  m Σ_i N_i U_i
@@ -81,6 +94,8 @@ template <class Kernel, bool gradients, class P, int D, class Sums = std::nullpt
     constexpr bool has_sums = !std::is_null_pointer_v<Sums>;
     Vec<P, D> total = Vec<P, D>::zero();
     if constexpr (has_sums) *sums = SumsAround<P, D>::zero();
+    const value_type_t<P>* base[scalar_traits<P>::lanes];
+    for (int l = 0; l < scalar_traits<P>::lanes; ++l) base[l] = nodes + corner[l];
     for (int i = 0; i < (D == 3 ? K : 1); ++i)
         for (int j = 0; j < K; ++j) {
             const int line = D == 3 ? i * K + j : j;
@@ -97,11 +112,11 @@ template <class Kernel, bool gradients, class P, int D, class Sums = std::nullpt
             // Sums of u times N, o N, and ∂N along the line; and of U N.
             Vec<P, D> u_n = t_n, u_o = t_n, u_g = t_n;
             P of_fourth = P(0);
-            for (int k = 0; k < K; ++k) {
+            unroll<K>([&](auto k) FIRN_LAMBDA {
                 P r[4];
-                load_quads_of<P>(
-                    nodes, [&](int l) FIRN_LAMBDA { return std::size_t(corner[l] / node_width + begin + k); }, r);
-                const Vec<P, D> at = of_line + record.affine.column(D - 1) * P(k - centre);
+                load_quads_at<P>([&](int l) FIRN_LAMBDA { return base[l] + (begin + k) * node_width; }, r);
+                constexpr int o = k - centre;
+                const Vec<P, D> at = moved<o>(of_line, record.affine.column(D - 1));
                 P s = record.mass * r[node_mass];
                 unroll<D>([&](auto a) FIRN_LAMBDA { s = s + at.v[a] * r[a]; });
                 s_n = s_n + s * w.weight[D - 1][k];
@@ -112,7 +127,7 @@ template <class Kernel, bool gradients, class P, int D, class Sums = std::nullpt
                     unroll<D>([&](auto a) FIRN_LAMBDA {
                         const P weighted = r[a] * weight;
                         u_n.v[a] = u_n.v[a] + weighted;
-                        u_o.v[a] = u_o.v[a] + weighted * P(k - centre);
+                        if constexpr (o != 0) u_o.v[a] = u_o.v[a] + weighted * P(o);
                         if constexpr (gradients) u_g.v[a] = u_g.v[a] + r[a] * w.gradient[D - 1][k];
                     });
                 }
@@ -129,7 +144,7 @@ template <class Kernel, bool gradients, class P, int D, class Sums = std::nullpt
                         }
                     });
                 }
-            }
+            });
             // Products over the leading axes, of which one may have another factor than its weight.
             const int at[2] = {D == 3 ? i : j, j};
             const auto product = [&](const auto& factor) FIRN_LAMBDA {

@@ -17,6 +17,10 @@ template <class>
 void floor();
 template <class>
 void nearest();
+template <class>
+void repeat();
+template <int>
+void with_group();
 }  // namespace firn::inline FIRN_BUILD::detail::x86
 
 #ifdef __SSE2__
@@ -135,6 +139,19 @@ FIRN_INLINE double8 repeat(double4 four) {
 FIRN_INLINE float16 repeat(float4 four) {
     return FIRN_X86(__builtin_ia32_broadcastf32x4_512(four, float16{}, short(0xffff)),
                     _mm512_maskz_broadcast_f32x4(0xffff, four));
+}
+/// @}
+/// Returns `a` with group j of four lanes replaced by four numbers.
+/// @{
+template <int j>
+FIRN_INLINE double8 with_group(double8 a, double4 four) {
+    return FIRN_X86(__builtin_ia32_broadcastf64x4_512(four, a, char(0xf << 4 * j)),
+                    _mm512_mask_broadcast_f64x4(a, __mmask8(0xf << 4 * j), four));
+}
+template <int j>
+FIRN_INLINE float16 with_group(float16 a, float4 four) {
+    return FIRN_X86(__builtin_ia32_broadcastf32x4_512(four, a, short(0xf << 4 * j)),
+                    _mm512_mask_broadcast_f32x4(a, __mmask16(0xf << 4 * j), four));
 }
 /// @}
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <firn/core/pack.hpp>
+#include <firn/core/x86.hpp>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -68,6 +69,15 @@ FIRN_INLINE auto joined(const Quad& quad) {
     constexpr int N = scalar_traits<P>::lanes;
     if constexpr (N == 4) {
         return quad(std::integral_constant<int, First>{});
+    } else if constexpr (First == 0 && requires(const P r) {
+                             x86::with_group<1>(r.lanes, quad(std::integral_constant<int, 0>{}).lanes);
+                         }) {
+        // A masked load each, where shuffles would wait for one port.
+        P r(x86::repeat(quad(std::integral_constant<int, 0>{}).lanes));
+        unroll<N / 4 - 1>([&](auto j) FIRN_LAMBDA {
+            r.lanes = x86::with_group<j + 1>(r.lanes, quad(std::integral_constant<int, j + 1>{}).lanes);
+        });
+        return r;
     } else {
         using Half = pack<value_type_t<P>, N / 2>;
         const Half low = joined<Half, First>(quad), high = joined<Half, First + N / 8>(quad);
@@ -78,16 +88,21 @@ FIRN_INLINE auto joined(const Quad& quad) {
 }
 }  // namespace detail
 
+/// Reads one quad for each lane, from anywhere. r[k] gets the k-th numbers.
+/// \param of_lane  of_lane(l) returns the address of the quad of lane l
+template <class P, class OfLane>
+FIRN_INLINE void load_quads_at(const OfLane& of_lane, P (&r)[4]) {
+    using Row = pack<value_type_t<P>, 4>;
+    unroll<4>([&](auto k) FIRN_LAMBDA {
+        r[k] = detail::joined<P>([&](auto j) FIRN_LAMBDA { return Row::load(of_lane(4 * j + k)); });
+    });
+    detail::transpose_groups(r);
+}
 /// Reads one quad for each lane, from anywhere in an array of quads. r[k] gets the k-th numbers.
 /// \param of_lane  of_lane(l) returns the index of the quad of lane l
 template <class P, class OfLane>
 FIRN_INLINE void load_quads_of(const value_type_t<P>* quads, const OfLane& of_lane, P (&r)[4]) {
-    using Row = pack<value_type_t<P>, 4>;
-    unroll<4>([&](auto k) FIRN_LAMBDA {
-        r[k] = detail::joined<P>([&](auto j)
-                                     FIRN_LAMBDA { return Row::load(quads + 4 * std::size_t(of_lane(4 * j + k))); });
-    });
-    detail::transpose_groups(r);
+    load_quads_at<P>([&](int l) FIRN_LAMBDA { return quads + 4 * std::size_t(of_lane(l)); }, r);
 }
 
 /// Writes one quad for each lane, to anywhere in an array of quads. No two lanes must have the same quad.
