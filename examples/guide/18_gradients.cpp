@@ -125,9 +125,9 @@ int main() {
     //!
     //! ## What has no way back
     //!
-    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, `Fmpm`, passes
-    //! of your own, loads that are not made by `differentiable_load()`, and forces between particles are refused with a
-    //! sentence when the `Adjoint` is made.
+    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, passes of your
+    //! own, loads that are not made by `differentiable_load()`, and forces between particles are refused with a sentence
+    //! when the `Adjoint` is made.
     //!
     //! Sources and sinks have a way back. `velocity[id]` of a particle from a source is the derivative by the velocity
     //! with which it came in. When a particle comes or goes is held.

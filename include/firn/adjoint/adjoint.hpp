@@ -15,6 +15,7 @@
 #include <firn/adjoint/motion.hpp>
 #include <firn/adjoint/p2g.hpp>
 #include <firn/adjoint/reaction.hpp>
+#include <firn/adjoint/series.hpp>
 #include <firn/adjoint/volume.hpp>
 #include <firn/simulation.hpp>
 
@@ -78,8 +79,8 @@ struct DerivativeCheck {
 /// between are taken again, to the bit. \see Checkpoints
 ///
 /// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
-/// is made, with a usage_error that names the pass: VolumeFilter, FMPM, passes of the program; loads that are not made
-/// by differentiable_load(), forces between particles; a boundary that moves by code of the program which is not a
+/// is made, with a usage_error that names the pass: VolumeFilter, passes of the program; loads that are not made by
+/// differentiable_load(), forces between particles; a boundary that moves by code of the program which is not a
 /// template over the scalar.
 template <class Simulation>
 class Adjoint {
@@ -281,6 +282,10 @@ private:
     /// Lets G2P leave the state before a step in a snapshot. \see keep_before_step
     void leave_states();
     void copy_nodes(const aligned_vector<S>& from, SparseGrid<S, D>& to) const;
+    /// Returns the momenta and masses of the nodes before the grid update of the step that goes back.
+    const aligned_vector<S>& momenta_before_update() const {
+        return refines_velocities<Transfer> ? series_.refined : nodes_.momenta;
+    }
     template <class Acceleration>
     void bring_nodes(double dt, const Acceleration& acceleration);
     /// Sorts the particles if the next step would, so that a state is kept sorted.
@@ -298,6 +303,7 @@ private:
     void mirror_back(std::size_t step, const Acceleration& acceleration, const Mirrors& mirrors, Interval& interval);
     template <class Sets>
     void mirror_before_back(const Sets& sets, const Mirrors& mirrors);
+    void series_back(const Mirrors& mirrors);
     void add_measures(std::size_t state);
     /// Returns the derivatives of the measures by the reactions in a step; nothing if none were measured.
     const std::vector<Reaction<D>>& by_reactions_of(std::size_t step) const;
@@ -350,6 +356,7 @@ private:
     aligned_vector<S> momenta_before_;
     detail::VelocitiesBeforePush<S, D> before_push_;
     VolumeMemory<S> volume_memory_;
+    detail::SeriesOfNodes<S> series_;  // of the step that goes back, if the transfer refines velocities
     SparseGrid<S, D> bar_grid_, bar_before_, before_walls_;
 };
 

@@ -169,6 +169,13 @@ void Adjoint<Simulation>::bring_nodes(double dt, const Acceleration& acceleratio
                     grid.exchange(layer::before_forces, simulation_.workers());
                 }
                 copy_nodes(nodes_.momenta, grid);
+            } else if (refines_velocities<Transfer> && pass.name == "refine velocities") {
+                if constexpr (refines_velocities<Transfer>) {
+                    const auto sets = simulation_.motions();
+                    detail::refine_and_keep<Kernel>(simulation_.execution, grid, simulation_.transfer,
+                                                    simulation_.transfer_memory_, now.mirrors,
+                                                    ParticleSets<detail::MotionOf<S, D>>(sets), series_);
+                }
             } else {
                 pass.act(simulation_, now);
             }
@@ -186,7 +193,7 @@ void Adjoint<Simulation>::mirror_back(std::size_t step, const Acceleration& acce
         if (mirrors.planes.empty()) return;
         const int threads = simulation_.workers();
         before_walls_.activate(simulation_.partitions(), threads);
-        copy_nodes(nodes_.momenta, before_walls_);
+        copy_nodes(momenta_before_update(), before_walls_);
         detail::update_grid(threads, detail::one_rank<S, D>(), before_walls_, dts_[step], acceleration,
                             simulation_.boundary);
         std::vector<double> by_wall(mirrors.planes.size());
@@ -207,6 +214,24 @@ void Adjoint<Simulation>::mirror_before_back(const Sets& sets, const Mirrors& mi
     detail::divide_by_masses(threads, before_walls_);
     std::vector<double> by_wall(mirrors.planes.size());
     detail::mirror_nodes_back(threads, before_walls_, bar_before_, mirrors, false, by_wall);
+}
+
+template <class Simulation>
+void Adjoint<Simulation>::series_back(const Mirrors& mirrors) {
+    if constexpr (refines_velocities<Transfer>) {
+        const int threads = simulation_.workers();
+        std::vector<detail::SetOfSeries<S, D>> sets;
+        simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
+            sets.push_back({{set.particles.motion(), set.partition},
+                            motion_of(bars_of<Set>(bars_[k])),
+                            {bars_[k].records.data(), detail::record_size<detail::NoForceNoField, D>}});
+        });
+        for (SparseGrid<S, D>* const grid : {&before_walls_, &bar_before_})
+            grid->activate(simulation_.partitions(), threads);
+        detail::SeriesBack<Kernel, Transfer, S, D>{threads, nodes_.momenta, series_,     mirrors,
+                                                   sets,    before_walls_,  bar_before_, simulation_.transfer_memory_}
+            .go(simulation_.execution, bar_grid_);
+    }
 }
 
 template <class Simulation>
@@ -260,16 +285,13 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
     const Vec<double, D> corner = simulation_.domain().lower;
     const auto here = on_grid(measured_from(simulation_.boundary, corner), simulation_.domain().cell_size);
     const auto lifted = lift<T>(here);
-    const auto nodes_back = [&](const S* momenta, S* bars, double time, const auto& field, const auto& from,
-                                const auto& walls, std::vector<double>& of_field, std::vector<double>& of_walls,
-                                const std::vector<Reaction<D>>& by_reactions) {
-        const std::size_t a = detail::count_of_inputs<P>(field), b = detail::count_of_inputs<P>(walls);
-        detail::OrderedSums sums(grid.block_count(), a + b);
-        detail::update_grid_back<S, D>(threads, grid, momenta, bars, time, field, from, walls, sums, by_reactions);
-        sums.add_to(of_field, a, of_walls);
-    };
-    nodes_back(nodes_.momenta.data(), bar_grid_.nodes(0), dt, detail::traced_acceleration<P, D>(acceleration, corner),
-               here, lifted, interval.of_acceleration, interval.of_boundary, by_reactions_of(step));
+    const auto field = detail::traced_acceleration<P, D>(acceleration, corner);
+    const std::size_t of_field = detail::count_of_inputs<P>(field), of_walls = detail::count_of_inputs<P>(lifted);
+    detail::OrderedSums sums(grid.block_count(), of_field + of_walls);
+    detail::update_grid_back<S, D>(threads, grid, momenta_before_update().data(), bar_grid_.nodes(0), dt, field, here,
+                                   lifted, sums, by_reactions_of(step));
+    sums.add_to(interval.of_acceleration, of_field, interval.of_boundary);
+    series_back(mirrors);
     if constexpr (blended) {
         scatter(bar_before_, records_before, std::type_identity<detail::NoForceNoField>{});
         if (!mirrors.planes.empty()) {
@@ -287,18 +309,16 @@ void Adjoint<Simulation>::back_by(std::size_t step, const Acceleration& accelera
                 }
             });
         }
-        std::vector<double> none, nothing;
-        nodes_back(momenta_before_.data(), bar_before_.nodes(0), 0,
-                   detail::traced_acceleration<P, D>(Vec<double, D>::zero(), corner), NoBoundary{}, NoBoundary{}, none,
-                   nothing, {});
+        detail::divide_by_masses_back(threads, grid, momenta_before_.data(), bar_before_.nodes(0));
     }
 
     // P2G backwards.
     simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
         const auto view = set.particles.motion();
         const auto bar = motion_of(bars_of<Set>(bars_[k]));
-        detail::p2g_back<Kernel, Transfer, Force, true>(threads, view, bar, set.partition, grid, bar_grid_.nodes(0),
-                                                        dt);
+        // The series of FMPM has added to the adjoints of the particles before.
+        detail::p2g_back<Kernel, Transfer, Force, !refines_velocities<Transfer>>(threads, view, bar, set.partition,
+                                                                                 grid, bar_grid_.nodes(0), dt);
         if constexpr (blended)
             detail::p2g_back<Kernel, Transfer, detail::NoForceFor<Transfer>, false>(threads, view, bar, set.partition,
                                                                                     grid, bar_before_.nodes(0), dt);

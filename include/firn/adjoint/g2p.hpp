@@ -7,6 +7,7 @@
 #include <firn/adjoint/slopes.hpp>
 #include <firn/loops/g2p.hpp>
 #include <firn/transfer/apic.hpp>
+#include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 
 #include <optional>
@@ -30,6 +31,8 @@ template <>
 inline constexpr bool keeps_affine_field<Apic> = true;
 template <>
 inline constexpr bool keeps_affine_field<Pic> = true;
+template <>
+inline constexpr bool keeps_affine_field<Fmpm> = true;
 
 /// In place of a transfer, to get the whole affine field.
 struct WholeField {

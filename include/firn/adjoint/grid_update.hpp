@@ -101,4 +101,15 @@ auto traced_acceleration(const Acceleration& acceleration, const Vec<double, D>&
         return lifted_acceleration<traced<P>>(acceleration, corner);
 }
 
+/// The way back of divide_by_masses(): replaces the adjoints of velocities by those of momenta, and adds to those of
+/// masses.
+/// \param momenta  the momenta and masses;  \param bars  the adjoints of the nodes
+template <std::floating_point S, int D>
+void divide_by_masses_back(int threads, const SparseGrid<S, D>& grid, const S* momenta, S* bars) {
+    using P = native_pack<S>;
+    const auto none = traced_acceleration<P, D>(Vec<double, D>::zero(), grid.domain().lower);
+    OrderedSums sums(grid.block_count(), count_of_inputs<P>(none));
+    update_grid_back<S, D>(threads, grid, momenta, bars, 0, none, NoBoundary{}, NoBoundary{}, sums);
+}
+
 }  // namespace firn::inline FIRN_BUILD::detail

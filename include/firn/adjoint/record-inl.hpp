@@ -82,7 +82,8 @@ void Adjoint<Simulation>::refuse_what_has_no_way_back() const {
         constexpr std::string_view known[] = {
             "sort", "push",           "p2g",     "grid update",      "average volumes",
             "g2p",  "restore masses", "end g2p", "sinks and sources"};
-        if (std::ranges::find(known, pass.name) == std::end(known))
+        const bool is_series = refines_velocities<Transfer> && pass.name == "refine velocities";
+        if (!is_series && std::ranges::find(known, pass.name) == std::end(known))
             throw usage_error(sentence("The pass \"", pass.name,
                                        "\" of this simulation has no way back, so there are no derivatives through "
                                        "it. Choose another policy, or leave the pass out."));

@@ -170,15 +170,23 @@ void there_and_back_by_groups(SparseGrid<S, D>& grid, int threads, ParticleSets<
     scatter_by_bands(grid, clear_some, scatter, sets);
 }
 
+/// Watches a series without seeing anything. \see refine_momenta
+struct SeesNoTerm {
+    void operator()(int) const {}
+};
+
 /// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.
 ///
 /// Mirrored walls act on every term of the series. What they changed in the first term is given back to the momenta in
 /// the end, so that grid_update() sees the full impulse of the walls: friction and reactions need it. As all terms are
 /// symmetric about the walls, this changes nothing else.
+/// \param seen  seen(j) is called for each term j < order, when layer::last_of_series holds v_j, and the nodes hold the
+///              momenta and masses that make A v_j
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
-          class View>
+          class View, class Seen = SeesNoTerm>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
-                    TransferMemory<S>& memory, const M& mirrors, int threads, ParticleSets<View> sets) {
+                    TransferMemory<S>& memory, const M& mirrors, int threads, ParticleSets<View> sets,
+                    const Seen& seen = {}) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sets.size()));
     std::vector<ParticleSet<View>> with_memory;  // the velocities of their particles are those of the series
@@ -200,6 +208,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             there_and_back_by_groups<Kernel, Transfer>(grid, threads, ParticleSets<View>(with_memory));
         else
             there_and_back<Kernel, Transfer>(execution, grid, threads, ParticleSets<View>(with_memory));
+        seen(j);
         velocities_of_momenta(threads, grid, mirrors);
         const S *const first = grid.layer(layer::first_of_series), *const last = grid.layer(layer::last_of_series);
         const bool is_last = j + 1 == transfer.order;
