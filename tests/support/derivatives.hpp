@@ -47,6 +47,7 @@ struct Run {
     Along along{1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     std::array<bool, std::size_t(D)> periodic{};
     bool boundary_changes = true;
+    Transfer transfer{};
 
     /// The simulation at t. \param change  change(number, size) is called for each number that depends on t
     template <class Change>
@@ -60,6 +61,7 @@ struct Run {
         Domain<D> domain(Vec<double, D>::zero(), Vec<double, D>::filled(1), h);
         domain.periodic = periodic;
         Simulation s(domain, own, {}, walls);
+        s.transfer = transfer;
         firn::detail::for_numbers<double>(s.transfer, [&](double& p) {
             p = 0.2 + 0.6 * p;  // away from the ends of the range from 0 to 1
             change(p, along.transfer * p);

@@ -100,6 +100,7 @@ public:
             });
         auto walls = lift<T>(on_grid(boundary_, h));
         set_derivatives(walls, boundary_along_);
+        if constexpr (refines_velocities<Transfer>) refine(nodes, walls);
         for (auto& [index, sum] : nodes) {
             Vec<T, D> x;
             for (int a = 0; a < D; ++a) x[a] = T(domain_.lower[a] + h * index[std::size_t(a)]);
@@ -184,11 +185,36 @@ private:
     /// Momentum, or velocity, and mass of a node; `before`: without forces.
     struct Sum {
         Vec<T, D> momentum = Vec<T, D>::zero(), before = Vec<T, D>::zero(), position, without_walls;
+        Vec<T, D> unmirrored, first, term, carried;  ///< of the series: v_1 before walls, v_1, v_j, and A v_j
         T first_mass;
         T mass = T(0), rates = T(0), volume = T(0);  ///< rates: Σ N V0 tr ∇v; volume: Σ N V0
     };
     using Nodes = std::map<std::array<int, std::size_t(D)>, Sum>;
 
+    /// Replaces the momenta by those of a series of velocities: v_{j+1} of v_1, v_j and A v_j. Mirrored walls act on
+    /// every term; what they changed in the first one is given back in the end.
+    template <class Walls>
+    void refine(Nodes& nodes, const Walls& walls) const {
+        for (auto& [index, sum] : nodes) sum.unmirrored = sum.term = sum.momentum * (T(1) / sum.mass);
+        mirror(nodes, &Sum::term, walls, false);
+        for (auto& [index, sum] : nodes) sum.first = sum.term;
+        for (int j = 1; j < transfer_.order; ++j) {
+            for (auto& [index, sum] : nodes) sum.carried = Vec<T, D>::zero();
+            for (const Particle& p : particles_) {
+                Vec<T, D> velocity = Vec<T, D>::zero();
+                for_nodes(p.position,
+                          [&](const Node& node, const auto& index) { velocity += nodes.at(index).term * node.weight; });
+                for_nodes(p.position, [&](const Node& node, const auto& index) {
+                    nodes.at(index).carried += by_definition::momentum_to<Policies>(
+                        node, domain_.cell_size, 0, p.mass, p.volume, velocity, p.affine, Mat<T, D>::zero());
+                });
+            }
+            for (auto& [index, sum] : nodes) sum.carried = sum.carried * (T(1) / sum.mass);
+            mirror(nodes, &Sum::carried, walls, false);
+            for (auto& [index, sum] : nodes) sum.term = Transfer::next(sum.first, sum.term, sum.carried);
+        }
+        for (auto& [index, sum] : nodes) sum.momentum = (sum.term + sum.unmirrored - sum.first) * sum.mass;
+    }
     /// Sums the rates of volume change of particles up at the nodes.
     template <class Walls>
     void sum_rates(Nodes& nodes, const Walls& walls) const {

@@ -17,6 +17,7 @@ void check(const Material& material, Contact contact, double stretch = 1, double
     run.dt = 0x1p-12;
     run.stretch = stretch;
     run.strain = strain;
+    if constexpr (refines_velocities<decltype(run.transfer)>) run.transfer.order = 3;
     tangent::check_transposed(run.at(0), 12, 2);
 }
 

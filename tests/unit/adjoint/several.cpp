@@ -9,8 +9,8 @@ using namespace derivatives;
 namespace several_gradient_tests {
 namespace {
 
-template <class Volume>
-using Two = SimulationWith<2, Materials<FixedCorotated<double>, Sand<double>>, Volume>;
+template <class Policy>
+using Two = SimulationWith<2, Materials<FixedCorotated<double>, Sand<double>>, Policy>;
 
 /// What may change.
 struct Start {
@@ -18,12 +18,12 @@ struct Start {
 };
 
 /// Two blocks side by side, each of which runs into the other.
-template <class Volume>
-Two<Volume> made(const Start& start) {
+template <class Policy>
+Two<Policy> made(const Start& start) {
     auto sand = Sand<double>::from_properties({.young = 1e5});
     sand.mu = start.sand_mu;
     sand.friction_angle = start.friction_angle;
-    Two<Volume> simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16),
+    Two<Policy> simulation(Domain<2>({0, 0}, {1, 1}, 1. / 16),
                            Materials{FixedCorotated<double>{start.mu, start.lambda}, sand}, {}, walls_of_run<2>());
     simulation.fixed_time_step = 1e-3;
     simulation.warn = {};
@@ -38,18 +38,18 @@ Two<Volume> made(const Start& start) {
 constexpr auto energy = [](const auto& p) { return p.mass * dot(p.velocity, p.velocity); };
 constexpr auto width = [](const auto& p) { return p.position[0] * p.position[0]; };
 
-template <class Volume>
+template <class Policy>
 double value(const Start& start) {
-    auto simulation = made<Volume>(start);
+    auto simulation = made<Policy>(start);
     simulation.advance(8e-3);
     Adjoint after(simulation);
     return after.template measure<1>(energy) + after.template measure<0>(width);
 }
 
-template <class Volume>
+template <class Policy>
 void check_two() {
     const Start start;
-    auto simulation = made<Volume>(start);
+    auto simulation = made<Policy>(start);
     Adjoint adjoint(simulation);
     adjoint.advance(8e-3);
     adjoint.template measure<1>(energy);
@@ -72,7 +72,7 @@ void check_two() {
         check_slope(got, start.*number, [&, member = number](double t) {
             Start other = start;
             other.*member += t;
-            return value<Volume>(other);
+            return value<Policy>(other);
         });
     }
 }
@@ -83,6 +83,7 @@ TEST_CASE("gradients of two materials on one grid", "[adjoint]") { check_two<Own
 TEST_CASE("gradients of two materials, each with its own average of the rate of volume change", "[adjoint]") {
     check_two<FBar>();
 }
+TEST_CASE("gradients of two materials that share the series of FMPM", "[adjoint]") { check_two<Fmpm>(); }
 
 TEST_CASE("gradients by the parameters of an acceleration field, in each interval", "[adjoint]") {
     using Field = Damped<double, 2, Attraction>;

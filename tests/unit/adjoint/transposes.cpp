@@ -15,6 +15,7 @@ TEST_CASE("twelve steps and their way back are transposes, with each policy once
         Nacc<double>::from_properties({.young = 1e5, .consolidation = 500}), Contact::separate, 0.95);
     check<2, Asflip<double>, WeightGradientForce, Linear>(
         Fluid<double>::from_properties({.bulk = 1e4, .viscosity = 10}), Contact::slip, 0.97);
+    check<2, Fmpm>(NeoHookean<double>::from_young_poisson(1e5, 0.3), Contact::slip);
 }
 
 }  // namespace transposes_tests
