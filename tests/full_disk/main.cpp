@@ -1,6 +1,7 @@
 /// \file firn_full_disk FOLDER: fills the small disk that FOLDER is with states, by each page another room for them.
 /// What was written stays whole and listed, what could not be written leaves nothing behind, and writing goes on with
 /// room.
+#include <firn/data/scratch_file.hpp>
 #include <firn/io/background_series.hpp>
 #include <firn/io/states.hpp>
 
@@ -107,6 +108,40 @@ void check_series_in_the_background(const std::filesystem::path& folder, std::si
     for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
 }
 
+/// Records are written until the disk is full. Those that were written stay as they are, and when one of them is given
+/// up, its room is used again.
+void check_scratch_file(const std::filesystem::path& folder) {
+    firn::ScratchFile file(folder.string(), std::size_t(1) << 30);
+    const auto bytes_of = [](std::size_t k) { return std::vector<std::byte>(100'000, std::byte(k)); };
+    const auto record = [&](std::size_t k) {
+        const std::vector<std::byte> bytes = bytes_of(k);
+        const std::span<const std::byte> part(bytes);
+        return std::move(file.write(std::span(&part, 1)).value());
+    };
+    std::vector<firn::ScratchFile::Record> written;
+    std::string said;
+    while (said.empty() && written.size() < 1000) {
+        try {
+            written.push_back(record(written.size()));
+        } catch (const firn::io_error& full) {
+            said = full.what();
+        }
+    }
+    std::printf("%s\n", said.c_str());
+    require(states::holds(said, "No space left on device"), "the error says that there is no space left");
+    require(states::holds(said, folder.string()), "the error names the folder");
+    require(written.size() >= 4, "some records have room");
+    written.erase(written.begin() + 1);
+    written.push_back(record(written.size() + 1));  // in its room
+    for (std::size_t k = 0; k < written.size(); ++k) {
+        std::vector<std::byte> bytes(100'000);
+        const std::span<std::byte> part(bytes);
+        file.read(written[k], std::span(&part, 1));
+        require(bytes == bytes_of(k == 0 ? 0 : k + 1), "a record is as it was written");
+    }
+    require(std::filesystem::is_empty(folder), "a scratch file has no name");
+}
+
 }  // namespace
 
 int main(int, char** arguments) {
@@ -117,6 +152,7 @@ int main(int, char** arguments) {
     // By a page each time: full at each page of a state, and where the state has room but the list has not.
     for (std::size_t pages = 0; pages < 40; ++pages) check_series_in_turn(folder, 300'000 + pages * page);
     check_series_in_the_background(folder, 500'000);
+    check_scratch_file(folder);
     std::printf("all so\n");
     return 0;
 }

@@ -96,6 +96,14 @@ public:
     /// Size of the memory that this many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
+    /// Calls f(array, first, count) for the array that holds the numbers of all fields: in `count` entries from entry
+    /// `first` on, without the gap. Where each field lies does not depend on what f does to the array.
+    template <class F>
+    void for_arrays(const F& f) {
+        const std::size_t first = fields_.empty() ? 0 : fields_.front().offset;
+        f(memory_, first, end_of_fields() - first);
+    }
+
     /// Increases the number of slots. All numbers in new slots are zero. Each worker is the first to write to its part
     /// of the new memory.
     /// \param slots  the new number of slots, a multiple of pack_size

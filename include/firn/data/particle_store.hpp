@@ -243,6 +243,14 @@ public:
                (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);
     }
 
+    /// Calls f(array, first, count) for each array that the store has allocated. What the store knows of its particles
+    /// is in `count` entries from entry `first` on.
+    template <class F>
+    void for_arrays(const F& f) {
+        fields_.for_arrays(f);
+        f(id_, 0, id_.size()), f(block_, 0, block_.size()), f(blocks_, 0, blocks_.size());
+    }
+
 protected:
     /// Returns the array of a field. \param field  index of the field in the table
     BlockedSpan<S> span(std::size_t field) { return {fields_.template numbers<S>(field), fields_.components(field)}; }
