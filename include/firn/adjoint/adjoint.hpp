@@ -13,6 +13,7 @@
 #include <firn/adjoint/measure.hpp>
 #include <firn/adjoint/mirror.hpp>
 #include <firn/adjoint/motion.hpp>
+#include <firn/adjoint/on_disk.hpp>
 #include <firn/adjoint/p2g.hpp>
 #include <firn/adjoint/reaction.hpp>
 #include <firn/adjoint/series.hpp>
@@ -24,6 +25,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <string>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -33,6 +35,11 @@ struct AdjointOptions {
     /// Memory for checkpoints [bytes]. Where sources make the states larger, fewer of them are kept. What sources will
     /// give is not known beforehand: if not even three states fit any more, the step throws a parameter_error.
     std::size_t memory = std::size_t(1) << 30;
+    /// Folder for the checkpoints that have no room in memory; none if it is empty. They lie in a file without a name,
+    /// whose room is free again when the program ends, however it ends.
+    std::string folder{};
+    /// How many bytes they may take there. A few KiB of each stay in memory, and count there.
+    std::size_t disk = 0;
 };
 
 /// The derivative of a measure along a direction, by the gradient and by differences. \see Adjoint::check
@@ -65,6 +72,11 @@ struct DerivativeCheck {
 /// collider takes and leaves nodes in jumps, and a particle that is kept inside the domain has the derivative 0.
 /// \see check
 ///
+/// With little memory and many steps, a folder saves steps that would be taken again, if its disk is fast: each
+/// checkpoint that is written is to take less time than the steps that it saves.
+///
+///     firn::Adjoint adjoint(simulation, {.memory = 1 << 28, .folder = "/scratch", .disk = std::size_t(1) << 36});
+///
 /// Between two calls the program may change gravity, the boundary, the transfer and the loads; each call begins an
 /// interval. It must not change particles, nor add sources or sinks.
 ///
@@ -90,7 +102,9 @@ class Adjoint {
 public:
     /// Begins to record a run. The simulation must exist as long as this object.
     /// \throws usage_error      if the simulation has something that has no way back
-    /// \throws parameter_error  if the memory is too small for two checkpoints
+    /// \throws parameter_error  if the memory is too small for two checkpoints; if a folder is given without room for
+    ///                          two states, or room without a folder
+    /// \throws io_error         if no file can be made in the folder
     /// \throws particle_error   if a particle has a value that is not finite or lies outside the domain
     explicit Adjoint(Simulation& simulation, const AdjointOptions& options = {});
     Adjoint(const Adjoint&) = delete;
@@ -98,6 +112,8 @@ public:
     /// Advances the simulation, and records its steps. \see Simulation::advance
     /// \throws usage_error      if the simulation was changed in a way that has no way back
     /// \throws parameter_error  if states have become so large that three do not fit into the memory
+    /// \throws io_error         if a checkpoint cannot be written to the folder. The last step is recorded, and the
+    ///                          program can go on: with the checkpoints that there are, and no more
     /// @{
     void advance(double duration) { advance(duration, simulation_.gravity); }
     template <class Acceleration>
@@ -106,7 +122,7 @@ public:
     }
     /// @}
     /// Takes a step of the simulation, and records it. \see Simulation::step
-    /// \throws usage_error, parameter_error  in the same cases as advance()
+    /// \throws usage_error, parameter_error, io_error  in the same cases as advance()
     /// @{
     void step() { step(simulation_.gravity); }
     template <class Acceleration>
@@ -164,6 +180,7 @@ public:
     /// Returns the gradient of the sum of all measures. The simulation is as before the call.
     /// \throws usage_error     if nothing was measured
     /// \throws particle_error  if a derivative is not finite. The message names the step and the particle
+    /// \throws io_error        if a checkpoint cannot be written to the folder, or is not read as it was written
     Gradient<Simulation> gradient();
 
     /// Compares a gradient with differences: takes the recorded steps again, of the recorded sizes, with all that has a
@@ -173,11 +190,12 @@ public:
     /// \param direction  of the same kind: for each number, how it changes, in its own unit; gradient.zero() is none
     /// \throws usage_error  if something was measured by measure_own(): its values are not known; or if the gradient or
     ///                      the direction is of other steps than those recorded so far
+    /// \throws io_error     if a checkpoint cannot be written to the folder, or is not read as it was written
     DerivativeCheck check(const Gradient<Simulation>& gradient, const Gradient<Simulation>& direction, double h);
 
     /// Returns the number of recorded steps.
     std::size_t steps() const { return moments_.size() - 1; }
-    /// Returns how many checkpoints fit into the memory: of states as large as the largest so far.
+    /// Returns how many checkpoints fit into the memory and on disk: of states as large as the largest so far.
     std::size_t checkpoints() const { return kept_->most(); }
     /// Returns for each step how often gradient() has taken it again.
     const std::vector<std::uint32_t>& repetitions() const { return repetitions_; }
@@ -210,6 +228,11 @@ private:
         Moment now;
         Boundary boundary;
         Nodes nodes{};
+        typename detail::StatesOnDisk<S, D>::Place on_disk{};  // of the particles
+    };
+    /// How many checkpoints have room.
+    struct Room {
+        std::size_t in_memory, on_disk;
     };
     /// What was set for some steps.
     struct Interval {
@@ -259,9 +282,11 @@ private:
     void begin_interval(const Acceleration& acceleration);
     void refuse_what_has_no_way_back() const;
     std::size_t count_sources_and_sinks() const;
-    /// Returns how many checkpoints of states as large as the present one fit into the memory.
-    /// \throws parameter_error  if these are less than two, and the state at the end
-    std::size_t checkpoints_in_memory();
+    /// Returns how many checkpoints of states as large as the present one have room.
+    /// \throws parameter_error  if there is no memory for two, and the state at the end
+    Room room_for_checkpoints();
+    /// Returns where checkpoints lie that have no room in memory.
+    Elsewhere<Snapshot> elsewhere(const Room& room);
     /// Prepares the sets in which particles came or went for the next step. \return whether there are any
     bool prepare_again();
     /// Refuses a simulation that was changed since the last recorded step. \throws usage_error
@@ -334,7 +359,8 @@ private:
     void write(Gradient<Simulation>& gradient);
 
     Simulation& simulation_;
-    std::size_t memory_;  // for checkpoints [bytes]
+    std::size_t memory_;                                   // for checkpoints [bytes]
+    std::unique_ptr<detail::StatesOnDisk<S, D>> on_disk_;  // none if there is no folder
     std::unique_ptr<Checkpoints<Snapshot>> kept_;
     std::vector<Moment> moments_;  // of each state
     std::vector<double> dts_;      // of each step

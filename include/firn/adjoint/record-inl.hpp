@@ -16,7 +16,9 @@ Adjoint<Simulation>::Adjoint(Simulation& simulation, const AdjointOptions& optio
     simulation_.prepare();
     moments_.push_back(simulation_.now_);
     sources_and_sinks_ = count_sources_and_sinks();
-    kept_ = std::make_unique<Checkpoints<Snapshot>>(checkpoints_in_memory());
+    on_disk_ = detail::states_on_disk(options.folder, options.disk, simulation_.sets_);
+    const Room room = room_for_checkpoints();
+    kept_ = std::make_unique<Checkpoints<Snapshot>>(room.in_memory, elsewhere(room));
     kept_->keep(0, [&](Snapshot& to) { store(to); });
     bars_.resize(simulation_.sets_.size());
     left_ = simulation_.boundary;
@@ -34,7 +36,7 @@ std::size_t Adjoint<Simulation>::count_sources_and_sinks() const {
 }
 
 template <class Simulation>
-std::size_t Adjoint<Simulation>::checkpoints_in_memory() {
+auto Adjoint<Simulation>::room_for_checkpoints() -> Room {
     std::size_t bytes = 0;
     const auto bytes_of = [](const auto& list) { return list.size() * sizeof(list[0]); };
     for (const SetOf<S, D>& set : simulation_.sets_) {
@@ -46,14 +48,38 @@ std::size_t Adjoint<Simulation>::checkpoints_in_memory() {
     const std::size_t nodes = simulation_.grid_.block_count() * std::size_t(block_nodes<D> * node_width);
     room_for_nodes_ = std::max(room_for_nodes_, nodes * sizeof(S) * (blended ? 10 : 5) / 4);
     bytes += room_for_nodes_;
-    const std::size_t most = memory_ / std::max<std::size_t>(bytes, 1);
+    bytes = std::max<std::size_t>(bytes, 1);
+    std::size_t away = 0, of_those_away = 0;  // their number, and what they have in memory
+    if (on_disk_ && memory_ > 3 * bytes) {
+        const std::size_t of_each = sizeof(Snapshot) + on_disk_->bytes_in_memory(simulation_.sets_);
+        away = std::min({on_disk_->most(simulation_.sets_), (memory_ - 3 * bytes) / of_each, std::size_t(1) << 20});
+        of_those_away = away * of_each;
+    }
+    const std::size_t most = (memory_ - of_those_away) / bytes;
     if (most < 3)
         throw parameter_error(sentence("After ", moments_.size() - 1,
                                        " recorded steps, a checkpoint of this simulation takes ", bytes, " bytes, and ",
                                        memory_,
                                        " are granted; give the adjoint memory for three at least: two checkpoints, and "
                                        "the state at the end."));
-    return std::min<std::size_t>(most - 1, 1 << 20);
+    return {std::min<std::size_t>(most - 1, 1 << 20), away};
+}
+
+template <class Simulation>
+auto Adjoint<Simulation>::elsewhere(const Room& room) -> Elsewhere<Snapshot> {
+    if (!on_disk_) return {};
+    return {room.on_disk,
+            [this](Snapshot& state, Snapshot& memory) {
+                if (!on_disk_->put(state.sets, state.on_disk, memory.sets)) return false;
+                state.nodes.are_kept = false;
+                std::swap(memory.nodes, state.nodes);
+                return true;
+            },
+            [this](Snapshot& state, Snapshot& memory) {
+                on_disk_->bring(state.sets, state.on_disk, memory.sets);
+                std::swap(memory.nodes, state.nodes);
+                state.nodes.are_kept = false;
+            }};
 }
 
 template <class Simulation>
@@ -177,26 +203,39 @@ void Adjoint<Simulation>::record(const Acceleration& acceleration, const Take& t
     begin_interval(detail::own_acceleration<D>(acceleration));
     // A last pass of each step records it.
     struct Recording {
-        Simulation& simulation;
-        PassList<S, D> passes;
-        ~Recording() { simulation.passes_ = std::move(passes); }
-    } recording{simulation_, simulation_.passes_};
+        Adjoint& of;
+        PassList<S, D> passes = of.simulation_.passes_;
+        ~Recording() {
+            of.simulation_.passes_ = std::move(passes);
+            of.left_ = of.simulation_.boundary;
+        }
+    } recording{*this};
     simulation_.add_pass("record", "sinks and sources", [this](Simulation&, const StepNow<S, D>& now) {
         // Where particles have come or gone, what the next step would do first is done now, so that a state is ready.
+        std::optional<Room> room;
         if (prepare_again()) {
             for (std::size_t k = 0; k < simulation_.sets_.size(); ++k)
                 if (simulation_.sets_[k].readiness.is(Readiness::sorted)) changes_.push_back({steps() + 1, k});
-            kept_->lower_most(checkpoints_in_memory());
+            room = room_for_checkpoints();
         }
         dts_.push_back(now.dt);
         moments_.push_back(simulation_.now_);
         repetitions_.push_back(0);
-        kept_->keep(steps(), [&](Snapshot& to) { store(to); });
+        std::exception_ptr failure;  // to write a checkpoint; the step is recorded all the same
+        const auto attempt = [&](const auto& part) {
+            try {
+                part();
+            } catch (...) {
+                failure = std::current_exception();
+            }
+        };
+        if (room) attempt([&] { kept_->lower_most(room->in_memory, room->on_disk); });
+        attempt([&] { kept_->keep(steps(), [&](Snapshot& to) { store(to); }); });
         for (const auto& measure_again : each_step_) measure_again();
+        if (failure) std::rethrow_exception(failure);
     });
     take();
     moments_.back() = simulation_.now_;  // advance() ends at its very end
-    left_ = simulation_.boundary;
 }
 
 template <class Simulation>
