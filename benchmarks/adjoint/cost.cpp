@@ -1,6 +1,6 @@
 /// \file What a gradient costs: the time of a run and its gradient over the time of the run alone.
 ///
-///     firn_adjoint_cost [STEPS [THREADS [PARTICLES [MEGABYTES]]]]
+///     firn_adjoint_cost [STEPS [THREADS [PARTICLES [MEGABYTES [MEGABYTES_ON_DISK FOLDER]]]]]
 #include <firn/adjoint.hpp>
 
 #include "../scenes.hpp"
@@ -34,7 +34,8 @@ int main(int argc, char** argv) {
         run.run([&] { simulation.advance(time); });
     }
     auto simulation = made();
-    firn::Adjoint adjoint(simulation, {.memory = memory});
+    const auto disk = std::size_t(argument(argc, argv, 5, 0) * 1024 * 1024);
+    firn::Adjoint adjoint(simulation, {.memory = memory, .folder = argc > 6 ? argv[6] : "", .disk = disk});
     double growth = 0;
     both.run([&] {
         adjoint.advance(time);

@@ -27,9 +27,8 @@ namespace firn::inline FIRN_BUILD {
 template <class State>
 struct Elsewhere {
     std::size_t most = 0;  ///< the largest number of checkpoints that are put away
-    /// put(state, memory) puts a state away, and gives its memory to `memory`, which is a new State or was given by
-    /// bring. It returns false, and has changed nothing, if there is no room. It may throw, and has changed nothing
-    /// then. Destroying a state that is away makes room.
+    /// put(state, memory) puts a state away, and gives its memory to `memory`, a new State. It returns false if there
+    /// is no room, and may throw; in both cases it has changed nothing. Destroying a state that is away makes room.
     std::function<bool(State& state, State& memory)> put{};
     /// bring(state, memory) brings a state back, into the memory that is taken from `memory`. If it throws, the state
     /// is still away.

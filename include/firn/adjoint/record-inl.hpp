@@ -71,8 +71,7 @@ auto Adjoint<Simulation>::elsewhere(const Room& room) -> Elsewhere<Snapshot> {
     return {room.on_disk,
             [this](Snapshot& state, Snapshot& memory) {
                 if (!on_disk_->put(state.sets, state.on_disk, memory.sets)) return false;
-                state.nodes.are_kept = false;
-                std::swap(memory.nodes, state.nodes);
+                std::swap(memory.nodes, state.nodes);  // not written: P2G computes them again
                 return true;
             },
             [this](Snapshot& state, Snapshot& memory) {
