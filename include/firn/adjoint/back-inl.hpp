@@ -108,6 +108,7 @@ void Adjoint<Simulation>::bring_state(std::size_t state) {
         for (; at < to; ++at) take_again(at, kept_->last() == at ? &kept_->state().nodes : nullptr);
         if (at == state) return;
         sort();
+        use(interval_of(at));  // which says whether the step has loads
         kept_->keep_again(at, [&](Snapshot& into) { keep_before_step(into); });
     }
 }

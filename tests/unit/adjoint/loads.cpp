@@ -224,6 +224,26 @@ TEST_CASE("gradients through loads have the same bits for any number of threads 
     CHECK(of(3, 250'000) == one);
 }
 
+TEST_CASE("a load that begins later leaves the states that are kept as they were", "[adjoint]") {
+    const auto of = [](std::size_t memory) {
+        Jelly simulation = TwoIntervals{}.start();
+        const Body body = simulation.bodies().front();
+        Adjoint adjoint(simulation, {.memory = memory});
+        for (int k = 0; k < 24; ++k) {
+            if (k == 9) simulation.add_load(body, differentiable_load(wind));
+            adjoint.step();
+        }
+        adjoint.measure(Run<Jelly>::measure);
+        std::vector<double> all;
+        const Direction gradient = adjoint.gradient();
+        firn::detail::for_gradient(gradient, [&](const double& number) { all.push_back(number); });
+        if (memory < 1'000'000) CHECK(std::ranges::max(adjoint.repetitions()) > 0);
+        return all;
+    };
+    const std::vector<double> all_kept = of(1 << 26);
+    for (const std::size_t memory : {200'000, 230'000, 260'000, 300'000, 400'000}) CHECK(of(memory) == all_kept);
+}
+
 TEST_CASE("an adjoint refuses loads of doubles, and says what to do", "[adjoint]") {
     const auto pull = [](const Vec<double, 2>& x, double) { return x * -1.0; };
     TwoIntervals run;
