@@ -60,7 +60,11 @@ public:
     ScratchFile(std::string folder, std::size_t most)
         : folder_(std::move(folder)), most_pages_(std::min<std::size_t>(most / page_bytes, 0xffffffff)) {
         std::string name = folder_ + "/firn.XXXXXX";
+#ifdef __wasi__
+        errno = ENOSYS;  // it has no temporary files
+#else
         fd_ = ::mkstemp(name.data());
+#endif
         if (fd_ < 0) fail("Making a scratch file", errno, "Give a folder that exists and can be written.");
         ::fcntl(fd_, F_SETFD, FD_CLOEXEC);
         if (::unlink(name.c_str()) == 0) return;
