@@ -1,17 +1,39 @@
 /// \file What a gradient costs: the time of a run and its gradient over the time of the run alone.
 ///
 ///     firn_adjoint_cost [STEPS [THREADS [PARTICLES [MEGABYTES [MEGABYTES_ON_DISK FOLDER]]]]]
+///
+/// The program has used its memory before, as in the second gradient of a search. With FIRN_NEW_MEMORY=1 in the
+/// environment it has not, and the system clears each new page when it is first used.
 #include <firn/adjoint.hpp>
 
 #include "../scenes.hpp"
 
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <numeric>
+#include <vector>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace {
 
 double argument(int argc, char** argv, int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; }
+
+/// Uses memory, and gives it back to this program's heap.
+void use_memory(std::size_t bytes) {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, -1);
+#endif
+    constexpr std::size_t piece = 1 << 24;
+    std::vector<void*> pieces(bytes / piece + 1);
+    for (void*& one : pieces)
+        if ((one = std::malloc(piece))) std::memset(one, 1, piece);
+    for (void* const one : pieces) std::free(one);
+}
 
 }  // namespace
 
@@ -19,6 +41,7 @@ int main(int argc, char** argv) {
     const auto steps = int(argument(argc, argv, 1, 500)), threads = int(argument(argc, argv, 2, 1));
     const auto scene = scenes::two_cubes<3>(std::size_t(argument(argc, argv, 3, 144'054)));
     const auto memory = std::size_t(argument(argc, argv, 4, 1024) * 1024 * 1024);
+    if (!std::getenv("FIRN_NEW_MEMORY")) use_memory(memory / 2 * 3 + scene.size() * 2000);
     const auto made = [&] {
         firn::Simulation<3> simulation(scene.domain,
                                        firn::FixedCorotated<float>::from_young_poisson(scene.young, scene.poisson),

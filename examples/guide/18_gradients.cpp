@@ -120,9 +120,10 @@ int main() {
     //!
     //! The way back needs the states before all steps. As many as `memory` allows are kept, and the steps between are
     //! taken again, to the bit. A program with little memory and many steps also gives a `folder` on a fast disk, and in
-    //! `disk` how many bytes checkpoints may take there. The gradient of 500 steps of 144,054 particles takes six to seven runs with 1 GiB;
-    //! `benchmarks/README.md` has the numbers. Elastic materials of firn's own are cheapest; a plastic one, and your
-    //! own, takes some times more, because its formulas are traced. A load takes some 100 ns a particle and step.
+    //! `disk` how many bytes checkpoints may take there. The gradient of 500 steps of 144,054 particles takes six runs
+    //! with 1 GiB; `benchmarks/README.md` has the numbers. Elastic materials of firn's own are cheapest; a plastic one,
+    //! and your own, takes some times more, because its formulas are traced. A load takes some 100 ns a particle and
+    //! step.
     //!
     //! ## What has no way back
     //!
