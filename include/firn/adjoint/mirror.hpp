@@ -78,14 +78,11 @@ void mirror_nodes_back(int threads, SparseGrid<S, D>& values, SparseGrid<S, D>& 
         aligned_vector<S> before;
     };
     std::vector<OfAxis> axes;
-    for (std::size_t p = 0; p < mirrors.planes.size(); ++p) {
-        const MirrorPlane& plane = mirrors.planes[p];
-        if (axes.empty() || axes.back().walls.planes[0].axis != plane.axis ||
-            axes.back().walls.planes[0].part != plane.part)
-            axes.push_back({p, {{}, mirrors.weights}, {}});
-        axes.back().walls.planes.push_back(plane);
-    }
-    for (OfAxis& of : axes) {
+    for (std::size_t first = 0, last = 0; first < mirrors.planes.size(); first = last) {
+        last = mirrors.end_of_axis(first);
+        const auto planes = mirrors.planes.begin();
+        OfAxis& of = axes.emplace_back(
+            OfAxis{first, {{planes + std::ptrdiff_t(first), planes + std::ptrdiff_t(last)}, mirrors.weights}, {}});
         of.before.resize(numbers);
         copy(values.nodes(0), of.before.data());
         mirror_nodes(threads, one_rank<S, D>(), values, of.walls, with_friction);

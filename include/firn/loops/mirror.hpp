@@ -166,13 +166,9 @@ void mirror_nodes(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, co
         for (std::size_t i = 0; i < blocks * std::size_t(block_nodes<D>); ++i)
             masses[i] = nodes[i * node_width + node_mass];
     }
-    // A column across one axis must find the columns across the axis before it finished: at an edge, nodes are mirrored
-    // twice.
     for (std::size_t first = 0, last = 0; first < mirrors.planes.size(); first = last) {
         const MirrorPlane& of = mirrors.planes[first];
-        while (last < mirrors.planes.size() && mirrors.planes[last].axis == of.axis &&
-               mirrors.planes[last].part == of.part)
-            ++last;
+        last = mirrors.end_of_axis(first);
         // The rank that counts the block behind the wall counts the columns, in the sum of that block. No matter
         // reaches columns without this block.
         const auto add = [&](const BlockColumns<S, D>& columns, int part) {

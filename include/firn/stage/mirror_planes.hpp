@@ -28,6 +28,15 @@ struct MirrorPlane {
 struct Mirrors {
     std::vector<MirrorPlane> planes;   ///< All walls; those of one part and one axis follow each other.
     SurfaceWeights<double> weights{};  ///< Weights of the nodes at the surface of a wall.
+
+    /// Returns the end of the walls of one part and one axis that begin with wall `first`. They act together, after
+    /// those before them have finished: at an edge, nodes are mirrored twice.
+    std::size_t end_of_axis(std::size_t first) const {
+        std::size_t end = first;
+        while (end < planes.size() && planes[end].axis == planes[first].axis && planes[end].part == planes[first].part)
+            ++end;
+        return end;
+    }
 };
 
 /// The mirrored walls of a boundary that acts by the gap of particles.

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file Checkpoints on disk: the gradient has the same bits as with all of them in memory, and where files fail,
 /// nothing is lost.
