@@ -34,8 +34,9 @@ public:
     /// A record in the file, which must exist as long. Its destructor leaves the room to others.
     class Record {
     public:
-        Record() = default;
-        Record(Record&& other) noexcept { *this = std::move(other); }
+        Record() = default;                                            ///< Makes no record.
+        Record(Record&& other) noexcept { *this = std::move(other); }  ///< Takes the record over.
+        /// Exchanges the records.
         Record& operator=(Record&& other) noexcept {
             std::swap(file_, other.file_), std::swap(pages_, other.pages_);
             std::swap(bytes_, other.bytes_), std::swap(digest_, other.digest_);
