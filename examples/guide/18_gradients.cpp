@@ -127,7 +127,7 @@ int main() {
     //!
     //! ## What has no way back
     //!
-    //! `FixedPoint`, ranks, contact groups and `GapContact` are refused by the compiler. `VolumeFilter`, passes of your
+    //! `FixedPoint`, ranks, contact groups, `GapContact` and `VolumeFilter` are refused by the compiler. Passes of your
     //! own, loads that are not made by `differentiable_load()`, and forces between particles are refused with a sentence
     //! when the `Adjoint` is made.
     //!

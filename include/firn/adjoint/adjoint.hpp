@@ -90,8 +90,8 @@ struct DerivativeCheck {
 /// The way back needs the states before all steps. As many as fit into the memory are kept, and from them the steps
 /// between are taken again, to the bit. \see Checkpoints
 ///
-/// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact. Refused when the Adjoint
-/// is made, with a usage_error that names the pass: VolumeFilter, passes of the program; loads that are not made by
+/// Refused by the compiler: fixed-point sums, many ranks, contact between groups, GapContact, VolumeFilter. Refused
+/// when the Adjoint is made, with a usage_error: passes of the program; loads that are not made by
 /// differentiable_load(), forces between particles; a boundary that moves by code of the program which is not a
 /// template over the scalar.
 template <class Simulation>
@@ -201,11 +201,12 @@ public:
     const std::vector<std::uint32_t>& repetitions() const { return repetitions_; }
 
 private:
-    static constexpr bool can_go_back = std::same_as<decltype(Simulation::execution), Coloured> &&
-                                        !Simulation::has_contact_groups && !acts_by_gap<decltype(Simulation::boundary)>;
+    static constexpr bool can_go_back =
+        std::same_as<decltype(Simulation::execution), Coloured> && !Simulation::has_contact_groups &&
+        !acts_by_gap<decltype(Simulation::boundary)> && !filters_volume<decltype(Simulation::volume)>;
     static_assert(can_go_back,
                   "firn: an Adjoint goes back through simulations that sum with Coloured, on one rank, without contact "
-                  "groups and without GapContact.");
+                  "groups, GapContact and VolumeFilter.");
 
     using Boundary = decltype(Simulation::boundary);
     using Transfer = decltype(Simulation::transfer);
