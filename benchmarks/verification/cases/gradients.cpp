@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
     examine<2, Flip<double>>(report, "FLIP", jelly);
     examine<2, Aflip<double>>(report, "AFLIP", jelly);
     examine<2, Asflip<double>>(report, "ASFLIP", jelly);
+    examine<2, Fmpm>(report, "FMPM of order 2", jelly);
 
     examine<3>(report, "3D", jelly);
     examine<3, WeightGradientForce>(report, "3D, weight gradients", jelly);
