@@ -5,8 +5,10 @@
 #include <firn/core/dual.hpp>
 #include <firn/loops/gather.hpp>
 #include <firn/loops/scatter.hpp>
+#include <firn/stage/offset.hpp>
 
 #include <cstddef>
+#include <type_traits>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -65,19 +67,6 @@ struct SumsAround {
     static SumsAround zero() { return {{Vec<P, D>::zero(), Mat<P, D>::zero(), Mat<P, D>::zero()}, P(0)}; }
 };
 
-/// Returns a + o b, without products by 0 or ±1.
-template <int o, class P, int D>
-FIRN_INLINE Vec<P, D> moved(const Vec<P, D>& a, const Vec<P, D>& b) {
-    if constexpr (o == 0)
-        return a;
-    else if constexpr (o == 1)
-        return a + b;
-    else if constexpr (o == -1)
-        return a - b;
-    else
-        return a + b * P(o);
-}
-
 /// Returns the derivative, with respect to the particles' positions [cells], of
 ///
 ///     Σ_i  u_i · (N_i (p + A o_i) + G ∇N_i)  +  m Σ_i N_i U_i
@@ -116,7 +105,7 @@ template <class Kernel, bool gradients, class P, int D, class Sums = std::nullpt
                 P r[4];
                 load_quads_at<P>([&](int l) FIRN_LAMBDA { return base[l] + (begin + k) * node_width; }, r);
                 constexpr int o = k - centre;
-                const Vec<P, D> at = moved<o>(of_line, record.affine.column(D - 1));
+                const Vec<P, D> at = plus_times(of_line, record.affine.column(D - 1), std::integral_constant<int, o>{});
                 P s = record.mass * r[node_mass];
                 unroll<D>([&](auto a) FIRN_LAMBDA { s = s + at.v[a] * r[a]; });
                 s_n = s_n + s * w.weight[D - 1][k];
