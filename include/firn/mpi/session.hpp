@@ -53,15 +53,19 @@ public:
         if (owns_) MPI_Finalize();
     }
 
-    /// Prints a text with the number of this rank on stderr, and ends all ranks with exit code 1. If several
-    /// ranks fail together, mostly one of them prints its text.
+    /// Prints a text with the number of this rank on stderr, and ends all ranks with exit code 1.
+    ///
+    /// An error that all ranks have thrown together is printed by rank 0 alone; the others wait up to 10 s for their
+    /// end. If several ranks fail of themselves at the same time, mostly one of them prints its text.
     [[noreturn]] static void fail(const std::string& text) {
+        using std::chrono::milliseconds;
         int rank = 0, size = 1;
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &size);
-        // If all ranks fail at the same time, the first prints and ends the others before they print, too.
-        std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(rank, 10)));
-        if (!text.empty() && text == common_error())
+        const bool common = !text.empty() && text == common_error();
+        // A rank that waits here is ended by the one that fails before it.
+        std::this_thread::sleep_for(common && rank > 0 ? milliseconds(10'000) : milliseconds(100 * std::min(rank, 10)));
+        if (common && rank == 0)
             std::fprintf(stderr, "firn: %s\n", text.c_str());
         else
             std::fprintf(stderr, "firn: rank %d of %d: %s\n", rank, size, text.c_str());

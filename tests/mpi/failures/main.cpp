@@ -27,7 +27,18 @@ int main(int argc, char** argv) {
     const int failing = std::stoi(argv[2]);
     std::ofstream(std::string(argv[3]) + "/" + std::to_string(getpid()));
     ranks.barrier();
-    if (how == "together") firn::mpi::throw_together<firn::usage_error>(ranks, failing, "All ranks agree.");
+    if (how == "together" || how == "together_late") {
+        try {
+            firn::mpi::throw_together<firn::usage_error>(ranks, failing, "All ranks agree.");
+        } catch (const firn::usage_error&) {
+            // On a busy machine rank 0 may come long after the others, which leave the message to it.
+            if (how == "together_late" && ranks.rank() == 0) {
+                std::this_thread::sleep_for(std::chrono::seconds(1));
+                std::fprintf(stderr, "Rank 0 comes last.\n");
+            }
+            throw;
+        }
+    }
     if (ranks.rank() == failing) {
         if (how == "throw") throw firn::usage_error("This rank gives up.");
         if (how == "throw_other") throw 7;

@@ -65,8 +65,11 @@ fails 'a rank throws what is no std::exception' 3 '^firn: rank 1 of 3: an except
     throw_other 1
 fails 'a thread of a rank throws' 3 '^firn: rank 1 of 3: A thread gives up\.$' throw_in_thread 1
 fails 'a rank calls Session::fail()' 3 '^firn: rank 1 of 3: This rank cannot go on\.$' fail 1
-fails 'all ranks throw together' 4 '^firn: All ranks agree\.$' together 3
-! grep -q '^firn: rank' "$folder/said" || mistake 'all ranks throw together: only one message'
+for how in together together_late; do
+    fails "all ranks throw $how" 4 '^firn: All ranks agree\.$' "$how" 3
+    ! grep -q '^firn: rank' "$folder/said" || mistake "all ranks throw $how: only one message"
+done
+grep -q '^Rank 0 comes last' "$folder/said" || mistake 'all ranks throw together_late: the others wait for rank 0'
 # These lines are mpiexec's.
 fails 'a rank is killed' 4 '(rank 2 .*signal 9|Killed \(signal 9\))' kill 2
 fails 'a rank crashes' 4 '(rank 2 .*signal 11|Segmentation fault \(signal 11\))' crash 2
