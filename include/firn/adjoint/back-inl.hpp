@@ -60,16 +60,12 @@ void Adjoint<Simulation>::leave_states() {
         if (pass.name == "g2p")
             pass.act = [this, act = pass.act](RunOf<S, D>& run, StepNow<S, D>& now) {
                 if (!leave_) return act(run, now);
-                if (now.set == 0) simulation_.spoil();
-                simulation_.for_materials([&]<class Set>(Set& set, std::size_t k) {
-                    if (k != now.set) return;
-                    auto& before = static_cast<Set&>(*leave_->sets[k]);
+                Simulation::Passes::gather_set(simulation_, now, [&]<class Set>(Set& set) {
+                    auto& before = static_cast<Set&>(*leave_->sets[now.set]);
                     detail::leave_fields(set, before);
-                    const detail::PassReport of_set = detail::g2p_from_to<Kernel, Transfer, Force, Volume>(
+                    return detail::g2p_from_to<Kernel, Transfer, Force, Volume>(
                         now.threads, before.particles.view(), set.particles.view(), set.partition, simulation_.grid_,
                         set.material, now.dt, simulation_.transfer);
-                    set.report = of_set.report;
-                    now.right = now.right && of_set.right;
                 });
             };
         passes.add(std::move(pass));

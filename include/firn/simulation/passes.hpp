@@ -63,6 +63,17 @@ struct PassesOf {
         return all;
     }
 
+    /// Lets gather(set) do the work of G2P for the set of this pass; it returns the set's PassReport.
+    static void gather_set(Simulation& of, Now& now, const auto& gather) {
+        if (now.set == 0) of.spoil();  // particles cannot be used before G2P has moved them all
+        of.for_materials([&](auto& set, std::size_t k) {
+            if (k != now.set) return;
+            const PassReport pass = gather(set);
+            set.report = pass.report;
+            now.right = now.right && pass.right;
+        });
+    }
+
 private:
     /// A pass calls one of the functions below.
     template <auto function>
@@ -160,13 +171,9 @@ private:
         });
     }
     static void g2p(Simulation& of, Now& now) {
-        if (now.set == 0) of.spoil();  // particles cannot be used before G2P has moved them all
-        of.for_materials([&](auto& set, std::size_t k) {
-            if (k != now.set) return;
-            const PassReport pass = g2p_pass<Kernel, Transfer, Force, Volume>(
-                now.threads, set.particles.view(), set.partition, of.grid_, set.material, now.dt, of.transfer);
-            set.report = pass.report;
-            now.right = now.right && pass.right;
+        gather_set(of, now, [&](auto& set) {
+            return g2p_pass<Kernel, Transfer, Force, Volume>(now.threads, set.particles.view(), set.partition, of.grid_,
+                                                             set.material, now.dt, of.transfer);
         });
     }
     static void restore_masses(Simulation& of, Now& now) { put_back_masses<Transfer>(now.threads, of.grid_); }

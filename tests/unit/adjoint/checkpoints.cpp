@@ -1,10 +1,12 @@
 /// \file Checkpoints: no step is taken again more often than the binomial bound says.
+#include "support/bring_state.hpp"
 #include "support/catch.hpp"
 #include <firn/adjoint/checkpoints.hpp>
 
 #include <numeric>
 
 using firn::Checkpoints;
+using test_support::bring_state;
 
 namespace checkpoint_tests {
 namespace {
@@ -20,19 +22,8 @@ std::vector<int> repetitions(std::size_t steps, std::size_t most) {
     std::vector<int> again(steps);
     for (std::size_t wanted = steps; wanted-- > 0;) {
         kept.forget_behind(wanted);
-        if (kept.last() == wanted && wanted > 0) {
-            kept.take_last([&](const std::size_t& state) { now = state; });
-        } else {
-            now = kept.state();
-            REQUIRE(now == kept.last());
-            while (now < wanted) {
-                const std::size_t to = kept.way_to(wanted);
-                REQUIRE(to > now);
-                for (; now < to; ++now) ++again[now];
-                if (now < wanted) kept.keep_again(now, store);
-            }
-        }
-        REQUIRE(now == wanted);
+        bring_state(
+            kept, now, wanted, [](std::size_t state) { return state; }, store, [&](std::size_t k) { ++again[k]; });
     }
     return again;
 }
@@ -92,17 +83,8 @@ TEST_CASE("where states grow, fewer are in memory, and all can be brought back",
                 kept.finish(store);
                 for (std::size_t wanted = steps; wanted-- > 0;) {
                     kept.forget_behind(wanted);
-                    if (kept.last() == wanted && wanted > 0) {
-                        kept.take_last([&](const Counted& state) { now = state.index; });
-                    } else {
-                        now = kept.state().index;
-                        REQUIRE(now == kept.last());
-                        while (now < wanted) {
-                            now = kept.way_to(wanted);
-                            if (now < wanted) kept.keep_again(now, store);
-                        }
-                    }
-                    REQUIRE(now == wanted);
+                    bring_state(
+                        kept, now, wanted, [](const Counted& state) { return state.index; }, store, [](std::size_t) {});
                     REQUIRE(Counted::all <= kept.most());
                 }
             }

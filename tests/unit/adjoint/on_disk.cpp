@@ -2,6 +2,7 @@
 // sanitized: -O1
 /// \file Checkpoints on disk: the gradient has the same bits as with all of them in memory, and where files fail,
 /// nothing is lost.
+#include "support/bring_state.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/message.hpp"
 #include "support/temporary_folder.hpp"
@@ -182,20 +183,12 @@ std::vector<int> go_back(std::size_t all, std::size_t in_memory, std::size_t mos
             });
         kept.forget_behind(wanted);
         const auto bring = [&] {
-            if (kept.last() == wanted && wanted > 0)
-                return kept.take_last([&](const Counted& state) { now = state.memory->index; });
-            now = kept.state().memory->index;
-            REQUIRE(now == kept.last());
-            while (now < wanted) {
-                const std::size_t to = kept.way_to(wanted);
-                REQUIRE(to > now);
-                for (; now < to; ++now) ++again[now];
-                if (now < wanted) kept.keep_again(now, store);
-            }
+            test_support::bring_state(
+                kept, now, wanted, [](const Counted& state) { return state.memory->index; }, store,
+                [&](std::size_t k) { ++again[k]; });
         };
         while (!succeeds(bring)) {
         }
-        REQUIRE(now == wanted);
         REQUIRE(Counted::Memory::all <= in_memory);
     }
     return again;
