@@ -34,6 +34,10 @@ namespace firn::inline FIRN_BUILD {
 
 template <class Simulation>
 class Adjoint;
+namespace webgpu {
+template <class Simulation>
+class OnGpu;
+}
 
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
@@ -83,6 +87,8 @@ class Simulation
     friend Passes;
     template <class>
     friend class Adjoint;
+    template <class>
+    friend class webgpu::OnGpu;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");

@@ -51,7 +51,7 @@ struct Blocks : scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>> {
               FixedCorotated<float>::from_young_poisson(1e5, 0.3)) {}
 
     /// A device of its own, which only the simulation keeps.
-    webgpu::Simulation on_device() const {
+    webgpu::Host on_device() const {
         const webgpu::Device device;
         return {device, this->program, this->inputs(device.limits())};
     }
@@ -72,13 +72,13 @@ template <int D>
 void compare_with_cpu(bool sorted) {
     const std::string name = sentence(D, "D", sorted ? ", sorted: " : ": ");
     Blocks<D> blocks;
-    webgpu::Simulation simulation = blocks.on_device();
+    webgpu::Host simulation = blocks.on_device();
     simulation.initialise();
     if (D == 2) {
         blocks.simulation.fixed_time_step = 0.5 * blocks.simulation.fixed_time_step;
         simulation.set("time_step", {blocks.simulation.fixed_time_step});
     }
-    simulation.run(sorted ? until(wgsl::sorted_step_order, "p2g_blocks") : until(wgsl::step_order, "p2g"));
+    simulation.run(until(wgsl::step_order_of(blocks.program, sorted), sorted ? "p2g_blocks" : "p2g"));
     check_same_bits(name + "integers at the nodes after P2G", simulation.read_buffer<std::int32_t>("nodes"),
                     scenes::node_sums<QuadraticBSpline, Apic, MlsForce>(blocks.simulation, blocks.inputs().nodes));
     simulation.step(1, sorted);
@@ -104,7 +104,7 @@ void compare_with_cpu(bool sorted) {
 void mirrored_walls() {
     scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks(
         {0.3, 1.0 / 64, 1.0 / 32, 0}, FixedCorotated<float>::from_young_poisson(1e5, 0.3), scenes::mirrored_walls<2>());
-    webgpu::Simulation simulation(webgpu::Device(), blocks.program, blocks.inputs());
+    webgpu::Host simulation(webgpu::Device(), blocks.program, blocks.inputs());
     simulation.initialise();
     simulation.step(3);
     for (int i = 0; i < 3; ++i) blocks.simulation.step();
@@ -120,7 +120,7 @@ void mirrored_walls() {
 
 void many_steps_are_single_steps() {
     const Blocks<2> blocks;
-    webgpu::Simulation together = blocks.on_device(), single = blocks.on_device();
+    webgpu::Host together = blocks.on_device(), single = blocks.on_device();
     together.initialise();
     single.initialise();
     together.step(37);
@@ -132,7 +132,7 @@ void many_steps_are_single_steps() {
 
 void sorted_steps_sort() {
     const Blocks<2> blocks;
-    webgpu::Simulation simulation = blocks.on_device();
+    webgpu::Host simulation = blocks.on_device();
     simulation.initialise();
     simulation.step();
     const std::vector<std::uint32_t> zeros(simulation.particles());
@@ -146,7 +146,7 @@ void sorted_steps_sort() {
 
 void errors_of_a_step() {
     const Blocks<3> blocks;
-    webgpu::Simulation simulation = blocks.on_device();
+    webgpu::Host simulation = blocks.on_device();
     simulation.initialise();
     const std::vector<float> before = simulation.read_buffer("motion");
     simulation.set("momentum_scale", {0x1p60});
@@ -179,17 +179,17 @@ void mistakes_in_a_program() {
     const auto line = 1 + std::count(wrong.code.begin(), wrong.code.begin() + std::ptrdiff_t(at), '\n');
     wrong.code.replace(at, right.size(), "no_such_function(place)");
     check_throws<device_error>("a mistake in the code", {sentence(".wgsl:", line, ":"), "no_such_function(place)"},
-                               [&] { webgpu::Simulation(device, wrong, inputs); });
+                               [&] { webgpu::Host(device, wrong, inputs); });
 
     wrong = blocks.program;
     for (wgsl::EntryPoint& e : wrong.entry_points)
         if (e.name == "g2p") e.bindings.pop_back();
     check_throws<device_error>("an entry point that lacks a binding", {"entry point g2p", "inding"},
-                               [&] { webgpu::Simulation(device, wrong, inputs); });
+                               [&] { webgpu::Host(device, wrong, inputs); });
 
     wrong = blocks.program;
     wrong.entry_points.back().per = "face";
-    check_throws<usage_error>("an unknown count", {"per face"}, [&] { webgpu::Simulation(device, wrong, inputs); });
+    check_throws<usage_error>("an unknown count", {"per face"}, [&] { webgpu::Host(device, wrong, inputs); });
     device.check();
     check(true, "what was refused with an error does not come again");
 }
@@ -216,13 +216,13 @@ void too_many_particles() {
         inputs.set("particles", {double(inputs.particles)});
         inputs.set("capacity", {double(inputs.particles)});
         check_throws<parameter_error>("one particle too many", {"'motion'", sentence(most, " particles fit"), "max"},
-                                      [&] { webgpu::Simulation(*device, blocks.program, inputs); });
+                                      [&] { webgpu::Host(*device, blocks.program, inputs); });
     }
 }
 
 void wrong_calls() {
     const Blocks<2> blocks;
-    webgpu::Simulation simulation = blocks.on_device();
+    webgpu::Host simulation = blocks.on_device();
     check_throws<usage_error>("a buffer that does not exist", {"no buffer nothing"},
                               [&] { (void)simulation.read_buffer("nothing"); });
     check_throws<usage_error>("a component that does not exist", {"no component nothing", "velocity"},
@@ -252,11 +252,11 @@ void wrong_calls() {
     const Blocks<3> others;
     const webgpu::Device device;
     check_throws<error>("inputs of another program", {},
-                        [&] { webgpu::Simulation(device, blocks.program, others.inputs()); });
+                        [&] { webgpu::Host(device, blocks.program, others.inputs()); });
     wgsl::Inputs inputs = blocks.inputs();
     --inputs.particles;
     check_throws<usage_error>("inputs that contradict themselves", {"particles"},
-                              [&] { webgpu::Simulation(device, blocks.program, inputs); });
+                              [&] { webgpu::Host(device, blocks.program, inputs); });
     simulation.set("particles", {10});
     check(simulation.read("mass").size() == 10, "only particles that are there are read");
 }
@@ -285,7 +285,7 @@ fn visit(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     inputs.set("nodes", {4, 8});
     inputs.set("particles", {count});
     inputs.set("capacity", {count});
-    webgpu::Simulation simulation(webgpu::Device(), program, inputs);
+    webgpu::Host simulation(webgpu::Device(), program, inputs);
     simulation.run({"visit"}, 3);
     std::vector<std::uint32_t> expected(count);
     for (std::uint32_t i = 0; i < count; ++i) expected[i] = 3 * (i + 1);
@@ -296,7 +296,7 @@ fn visit(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
 void refusal_and_loss() {
     const Blocks<2> blocks;
     const webgpu::Device device;
-    webgpu::Simulation simulation(device, blocks.program, blocks.inputs());
+    webgpu::Host simulation(device, blocks.program, blocks.inputs());
     wgpuBufferDestroy(simulation.buffer("motion"));
     simulation.step();
     check_throws<device_error>("a command that the device refused", {"refused", "motion"}, [&] { simulation.step(); });
@@ -304,7 +304,7 @@ void refusal_and_loss() {
     for (int i = 0; i < 2; ++i)
         check_throws<device_error>("a lost device", {"was lost"}, [&] { (void)simulation.status(); });
     check_throws<device_error>("a lost device for another simulation", {"was lost"},
-                               [&] { webgpu::Simulation(device, blocks.program, blocks.inputs()); });
+                               [&] { webgpu::Host(device, blocks.program, blocks.inputs()); });
 }
 
 void no_gpu() {

@@ -131,6 +131,10 @@ public:
     S number(std::size_t field, std::size_t slot, int component) const {
         return fields_.template at<S>(field, slot, component);
     }
+    /// Sets one component of a field of the particle in a slot, as it is stored. \see number
+    void set_number(std::size_t field, std::size_t slot, int component, S number) {
+        fields_.template at<S>(field, slot, component) = number;
+    }
     /// Copies all components of a field of the particle in a slot to `to`, in the order of saved states: matrices are
     /// row by row, and symmetric matrices have all D² elements.
     /// \param field  index of the field in the table

@@ -207,7 +207,7 @@ private:
 
 /// A GPU, or a software driver that acts as one.
 ///
-/// Copies of a Device share one WebGPU device. The WebGPU device is released when all copies, and all Simulations made
+/// Copies of a Device share one WebGPU device. The WebGPU device is released when all copies, and all Hosts made
 /// with them, are destroyed. Only one thread at a time may use the WebGPU device.
 class Device {
 public:
@@ -219,7 +219,7 @@ public:
     const std::string& name() const { return state_->name; }
     /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
-    /// Throws if the device has reported an error. A Simulation calls this function whenever it uses the device.
+    /// Throws if the device has reported an error. A Host calls this function whenever it uses the device.
     /// \throws device_error  if the device was lost, or if it has refused a command since the last call of this
     ///                       function
     void check() const { state_->check(); }

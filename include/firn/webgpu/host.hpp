@@ -2,12 +2,13 @@
 ///
 ///     webgpu::Device device;
 ///     const auto program = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(material, walls);
-///     webgpu::Simulation simulation(device, program,
-///                                   wgsl::make_inputs<3>(program, domain, particles, dt, device.limits()));
-///     simulation.initialise();
-///     simulation.step(100);
-///     simulation.check();
-///     const std::vector<float> velocities = simulation.read("velocity");  // [m/s]; x, y, z of each particle
+///     webgpu::Host host(device, program, wgsl::make_inputs<3>(program, domain, particles, dt, device.limits()));
+///     host.initialise();
+///     host.step(100);
+///     host.check();
+///     const std::vector<float> velocities = host.read("velocity");  // [m/s]; x, y, z of each particle
+///
+/// For the programs of a firn::Simulation there is on_gpu.hpp.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -42,6 +43,8 @@ struct Status {
     float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
     float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
     float largest_acceleration;  ///< largest acceleration of the field at a node that limits the time step [m/s²]
+    std::uint32_t steps;         ///< number of steps since begin(), from the number that it was given
+    bool sort_needed;            ///< whether a particle has left the reach of its block, as G2PReport::sort_needed
 };
 
 namespace detail {
@@ -56,6 +59,15 @@ inline constexpr const char* wgsl_name<std::int32_t> = "i32";
 template <>
 inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
+/// Throws the error of a program with a text: an overflow_error, a particle_error or a parameter_error.
+/// \param error  the error code, see Status::error
+[[noreturn, gnu::cold]] inline void throw_error(std::uint32_t error, const std::string& text) {
+    constexpr std::uint32_t first_of_particles = 4;
+    if (error == wgsl::detail::mirror_error) throw parameter_error(text);
+    if (error < first_of_particles) throw overflow_error(text);
+    throw particle_error(text);
+}
+
 }  // namespace detail
 
 /// A compiled WGSL program and its buffers on a GPU, ready to take steps.
@@ -64,18 +76,18 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 /// capacity is the uniform of this name. Steps run asynchronously; functions that read from the device wait until all
 /// steps are done. Each function that uses the device throws device_error if the device was lost, or if it has refused
 /// an earlier command.
-class Simulation {
+class Host {
 public:
     /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
     /// initialise() before the first step.
     /// \param device   GPU on which to run
-    /// \param program  the program, from wgsl::make_program(); the Simulation keeps a copy
+    /// \param program  the program, from wgsl::make_program(); the Host keeps a copy
     /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and for device.limits()
     /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
     /// \throws device_error     if the device refuses the code (the message has the line), or if the device has not
     ///                          enough memory
     /// \throws usage_error      if the inputs were made for a different program
-    Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
+    Host(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
         take_uniforms(inputs);
         count_out(inputs);
@@ -97,10 +109,41 @@ public:
     std::uint32_t particles() const { return particles_; }
     /// Returns the total number of steps that calls of step() have started so far.
     long steps() const { return steps_; }
-    /// Returns the WebGPU handle of a buffer, for example to draw the particles in the buffer. The Simulation owns the
+    /// Returns the WebGPU handle of a buffer, for example to draw the particles in the buffer. The Host owns the
     /// handle: do not release it.
     /// \throws usage_error  if the program has no buffer of this name
     WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
+
+    /// Replaces the uniforms and the contents of buffers by those of inputs for as many particles and nodes.
+    /// \throws usage_error  if the inputs were made for a different program, or for more or fewer particles or nodes
+    void take(const wgsl::Inputs& inputs) {
+        take_uniforms(inputs);
+        if (inputs.particles != capacity_ || inputs.nodes != nodes_)
+            throw usage_error(
+                "The inputs have more or fewer particles or nodes than those that the Host was made for.");
+        particles_ = inputs.particles;
+        uniforms_changed_ = true;
+        for (const auto& [name, values] : inputs.buffers) write_buffer(name, values);
+    }
+    /// Clears the error, for particles whose stress is known, in place of initialise().
+    /// \param steps         number of steps that the run has taken so far
+    /// \param signal_speed  largest signal speed of the particles [m/s]
+    /// \param sort_needed   whether a particle has left the reach of its block, as G2PReport::sort_needed
+    void begin(std::uint64_t steps, float signal_speed, bool sort_needed) {
+        std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
+        words.at(1) = no_particle;
+        words.at(2) = std::bit_cast<std::uint32_t>(signal_speed);
+        words.at(17) = words.at(23) = std::uint32_t(steps);
+        words.at(24) = sort_needed;
+        write_buffer("status", words);
+    }
+    /// Lets the next step count the places of particles from the blocks in which they are, as the CPU does in steps
+    /// that sort.
+    void sort_next() {
+        device_.check();
+        constexpr std::uint32_t sorts = 1;
+        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), 24 * sizeof sorts, &sorts, sizeof sorts);
+    }
 
     /// Computes the stress [Pa] of each particle from the particle's state, and clears the error. Call initialise()
     /// before the first step, and again after you have written states of particles.
@@ -171,6 +214,15 @@ public:
         uniforms_changed_ = true;
     }
 
+    /// Sets the uniforms of a policy to its present parameters, for example after a boundary has moved.
+    /// \param prefix  which policy it is: "material", "boundary", "field" or "transfer"
+    /// \throws usage_error  if the program has no uniform for one of the parameters
+    template <class Policy>
+    void set_parameters(const Policy& policy, const std::string& prefix) {
+        wgsl::set_parameters(uniforms_, policy, prefix);
+        uniforms_changed_ = true;
+    }
+
     /// Returns the values of one component ("velocity", "mass", …) for all particles: all values of particle 0, then
     /// all values of particle 1, … Waits for all steps so far. The units of all components are in
     /// wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in cells from the
@@ -226,8 +278,8 @@ public:
     Status status() {
         const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
-        return {words.at(0), words.at(1), number(2), number(3), number(4),
-                number(5),   number(6),   number(7), number(8), number(19)};
+        return {words.at(0), words.at(1), number(2), number(3),  number(4),    number(5),
+                number(6),   number(7),   number(8), number(19), words.at(23), words.at(24) != 0};
     }
 
     /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,
@@ -245,10 +297,7 @@ public:
         const std::string where = now.particle == no_particle ? "" : sentence("particle ", now.particle, ", ");
         const std::string what =
             sentence(wgsl::error_sentences[now.error - 1], " (", where, "at the latest in step ", steps_, ")");
-        constexpr std::uint32_t first_of_particles = 4;
-        if (now.error == wgsl::detail::mirror_error) throw parameter_error(what);
-        if (now.error < first_of_particles) throw overflow_error(what);
-        throw particle_error(what);
+        detail::throw_error(now.error, what);
     }
 
 private:

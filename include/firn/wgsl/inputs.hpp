@@ -111,6 +111,26 @@ void set_room(Inputs& inputs, const Program& program, const Domain<D>& domain) {
     inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
 }
 
+/// Calls f(component, k, field) for each number that a buffer has of a particle, in their order: component k of a
+/// field, whose index in the table is `field`; table.size() for the corner of a particle's block, which is no field.
+template <class F>
+void for_numbers_in(const Buffer& buffer, const FieldTable& table, const F& f) {
+    for (const Component& component : buffer.components) {
+        const auto is_it = [&](const FieldInfo& field) { return field.name == component.name; };
+        const auto field = std::size_t(std::ranges::find_if(table, is_it) - table.begin());
+        for (int k = 0; k < component.count; ++k) f(k, field);
+    }
+}
+
+/// Returns the slots of all particles, in the order that they have in a program.
+template <int D>
+std::vector<std::size_t> slots_of(const ParticleStore<float, D>& particles) {
+    std::vector<std::size_t> slots;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) slots.push_back(slot);
+    return slots;
+}
+
 /// Checks that masses, and volumes if the program sums them, are far above the quanta of the sums.
 /// \throws particle_error  if one is not
 template <int D, class State>
@@ -162,9 +182,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     firn::detail::require_digits<float>(domain, "A program for a GPU");
     mirrors_of<QuadraticBSpline>(detail::WallsOfProgram{program}, domain);
     Inputs inputs(program);
-    std::vector<std::size_t> slots;
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) slots.push_back(slot);
+    const std::vector<std::size_t> slots = detail::slots_of<D>(particles);
     const std::size_t count = slots.size();
     std::vector<double> along, cells;
     for (int a = 0; a < D; ++a) {
@@ -189,19 +207,40 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         if (buffer.per != "particle" || buffer.binding == detail::order || buffer.binding == detail::rates) continue;
         std::vector<float> numbers;
         numbers.reserve(count * std::size_t(buffer.count));
-        for (const Component& component : buffer.components) {
-            const auto is_it = [&](const FieldInfo& field) { return field.name == component.name; };
-            const auto field = std::size_t(std::ranges::find_if(table, is_it) - table.begin());
-            for (int k = 0; k < component.count; ++k)
-                for (const std::size_t slot : slots)
-                    numbers.push_back(field < table.size() ? particles.number(field, slot, k)
-                                                           : float(block_size * particles.block(slot)[std::size_t(k)]));
-        }
+        detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {
+            for (const std::size_t slot : slots)
+                numbers.push_back(field < table.size() ? particles.number(field, slot, k)
+                                                       : float(block_size * particles.block(slot)[std::size_t(k)]));
+        });
         inputs.buffers.emplace_back(buffer.name, std::move(numbers));
     }
 
     inputs.buffers.emplace_back("coordinates", detail::node_coordinates(domain, inputs.nodes));
     return inputs;
+}
+
+/// Copies the numbers of a buffer of a program back into particles on the CPU.
+/// \param numbers    the contents of the buffer; its capacity is the number of particles
+/// \param slots      for each particle of the program, the slot of the particle that gets its numbers
+/// \param particles  the particles for which the inputs were made, which may lie in other slots now. Blocks of
+///                   positions change, too: make a new partition.
+template <int D>
+void put_numbers(const Buffer& buffer, const std::vector<float>& numbers, const std::vector<std::size_t>& slots,
+                 ParticleStore<float, D>& particles) {
+    const FieldTable& table = particles.table();
+    const std::size_t count = slots.size();
+    const float* from = numbers.data();
+    detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {
+        for (std::size_t i = 0; i < count && field < table.size(); ++i)
+            particles.set_number(field, slots[i], k, from[i]);
+        from += count;
+        for (std::size_t i = 0; i < count && field == table.size() && k == D - 1; ++i) {
+            BlockCoordinate<D> block{};
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                block[a] = int(from[(a - std::size_t(D)) * count + i]) / block_size;
+            particles.set_place(slots[i], block, particles.place(slots[i]));
+        }
+    });
 }
 
 }  // namespace firn::inline FIRN_BUILD::wgsl

@@ -19,8 +19,9 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
-// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting. Numbers are f32 bits: of
-// positive ones the order is the same.
+// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 24 to 26 whether a
+// particle has left its block: in this step, in the last one, by shifting. Numbers are f32 bits: of positive ones the
+// order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -45,6 +46,11 @@ fn node_index(at: ${IVEC}) -> u32 { return ${NODE_INDEX}; }
 /// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
 fn nodes_from(k: ${VEC}) -> ${IVEC} {
     return clamp(${IVEC}(k) + ${IVEC}(4), ${IVEC}(0), ${IVEC}(params.nodes) - ${IVEC}(${SUPPORT}));
+}
+/// Whether a particle is too far from its block: more than a cell.
+fn has_left_block(place: ${VEC}) -> bool {
+    let node = base_node_of(place);
+    return any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f));
 }
 fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
 )";
@@ -104,10 +110,27 @@ fn clear(${INVOCATION}) {
         atomicStore(&status[1], 0xffffffffu); // no particle
         for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
         atomicStore(&status[19], 0u);
+        atomicAdd(&status[23], 1u);
+        atomicStore(&status[25], atomicExchange(&status[24], 0u));
+        atomicStore(&status[26], 0u);
     }
     if (i >= node_count()) { return; }
     for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }${CLEAR_RATES}
     atomicStore(&counts[i], 0u);
+}
+)";
+
+/// WGSL text of the entry point ${NAME}. If a particle has left the reach of its block, which the status word ${WORD}
+/// tells, it counts the places of all particles from the blocks in which they are, as the CPU does when it sorts them.
+inline constexpr const char* sort = R"(
+@compute @workgroup_size(${GROUP})
+fn ${NAME}(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i >= params.particles || stopped() || atomicLoad(&status[${WORD}]) == 0u) { return; }
+    let place = load_place(i);
+    let shift = 4.0f * floor(0.25f * base_node_of(place));
+    store_place(i, place - shift);
+    store_corner(i, load_corner(i) + shift);
 }
 )";
 
@@ -406,12 +429,8 @@ fn g2p(${INVOCATION}) {
             store_kirchhoff_stress(i, stress);
             store_velocity(i, taken.velocity);
             ${STORE_AFFINE}
-            // A place that has left the reach of its block counts from another one.
-            let node = base_node_of(moved.position);
-            var shift = ${VEC}(0.0f);
-            if (any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f))) { shift = 4.0f * floor(0.25f * node); }
-            store_place(i, moved.position - shift);
-            store_corner(i, corner + shift);
+            store_place(i, moved.position);
+            if (has_left_block(moved.position)) { atomicStore(&status[24], 1u); }
             atomicMax(&fastest, bitcast<u32>(speed));
         } else {
             fail(select(4u, 5u, is_finite(${STRESS_SUM} + speed)), i);

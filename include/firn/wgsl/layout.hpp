@@ -245,7 +245,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", 21);
+    add("status", "u32", status, "program", 27);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
@@ -321,6 +321,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     const bool sums_rates = facts.averages_volume || facts.filters_volume;
     const Bindings cleared{{nodes, true}, {counts, true}, {status, true}};
     add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
+    add("sort", "particle", size, {{motion, true}, {status, true}});
     add("measure", "particle", size, with(particle, {{counts, true}}));
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
@@ -364,6 +365,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
                 {{state, true}, {constants, false}, {status, true}, {rates, true}});
             add("find_excess", "node", size, with(sums, {{coordinates, false}}));
             add("shift_particles", "particle", size, {{motion, true}, {status, true}, {rate_sums, true}});
+            add("sort_shifted", "particle", size, {{motion, true}, {status, true}});
         }
     }
     add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));

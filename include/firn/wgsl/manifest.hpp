@@ -8,17 +8,6 @@
 
 namespace firn::inline FIRN_BUILD::wgsl {
 
-/// Names of the entry points of one step, in the order to run them. In this kind of step, P2G adds the particles
-/// directly to the grid. A program with mirrored walls has further entry points, see step_order_of().
-inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
-                                                 "grid_update", "g2p"};
-/// Names of the entry points of one step, in the order to run them. In this kind of step, P2G first sorts the particles
-/// by block and adds them up in workgroup memory. A program with mirrored walls has further entry points, see
-/// step_order_of().
-inline const std::vector<std::string> sorted_step_order{
-    "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
-    "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
-
 /// The messages of all errors that a program can report. Word 0 of the buffer "status" is the error code e: 0 means
 /// that there is no error, otherwise error_sentences[e − 1] is the message.
 inline const std::vector<std::string> error_sentences{
@@ -36,33 +25,69 @@ inline const std::vector<std::string> error_sentences{
     "that divide the domain."};
 static_assert(detail::mirror_error == 6, "the number of the last sentence, counted from 1");
 
-/// Returns the names of the entry points of one step of a program, in the order to run them.
-/// \param sorted  whether P2G sorts the particles. \see step_order, sorted_step_order
-inline std::vector<std::string> step_order_of(const Program& program, bool sorted = false) {
-    std::vector<std::string> order = sorted ? sorted_step_order : step_order;
-    detail::for_mirror_passes(program, [&](int k, std::size_t, std::size_t) {
-        order.insert(order.end() - 1, detail::mirror_pass(k));  // before g2p
-    });
-    std::vector<std::string> average{"choose_rate_scale", "scatter_rates"};
-    if (!program.mirrors.empty()) average.push_back("convert_rates");
-    detail::for_mirror_passes(program,
-                              [&](int k, std::size_t, std::size_t) { average.push_back(detail::fold_pass(k)); });
-    const auto join = [](std::vector<std::string> passes, const std::vector<std::string>& more) {
-        passes.insert(passes.end(), more.begin(), more.end());
-        return passes;
+namespace detail {
+
+/// Returns the entry points that average numbers of particles at nodes.
+inline std::vector<std::string> averaging_of(const Program& program) {
+    std::vector<std::string> points{"choose_rate_scale", "scatter_rates"};
+    if (!program.mirrors.empty()) points.push_back("convert_rates");
+    for_mirror_passes(program, [&](int k, std::size_t, std::size_t) { points.push_back(fold_pass(k)); });
+    return points;
+}
+/// Returns the entry points of the pass of a filter of volume ratios.
+inline std::vector<std::string> filtering_of(const Program& program) {
+    std::vector<std::string> average = averaging_of(program), points{"measure_volumes", "count_volumes"};
+    average.push_back("average_volumes");
+    const auto add = [&](const std::vector<std::string>& more) {
+        points.insert(points.end(), more.begin(), more.end());
     };
-    if (program.has("average_rates")) {
-        const auto passes = join(join({"measure_rates"}, average), {"average_rates"});
-        order.insert(order.end() - 1, passes.begin(), passes.end());
+    add(average), add({"measure_averages"}), add(average), add({"filter_volumes"});
+    if (program.has("shift_particles"))
+        add({"measure_present", "choose_rate_scale", "scatter_rates", "find_excess", "shift_particles",
+             "sort_shifted"});
+    return points;
+}
+
+}  // namespace detail
+
+/// The passes of a simulation's step that programs do, in their order. \see entry_points_of
+inline const std::vector<std::string> passes_of_programs{"sort",        "filter volumes",  "p2g",
+                                                         "grid update", "average volumes", "g2p"};
+
+/// Returns the names of the entry points that do the work of a pass of a simulation (see RunOf::passes), in the order
+/// to run them; none if the program has no such pass.
+/// \param pass    name of the pass, one of passes_of_programs
+/// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding them
+///                directly to the grid. Both ways give the same bits.
+inline std::vector<std::string> entry_points_of(const Program& program, std::string_view pass, bool sorted = false) {
+    if (pass == "sort") return {"clear", "sort"};
+    if (pass == "filter volumes" && program.has("filter_volumes")) return detail::filtering_of(program);
+    if (pass == "p2g" && sorted)
+        return {"measure",      "measure_counts", "choose_scale",    "clear_blocks",
+                "count_blocks", "scan_blocks",    "order_particles", "p2g_blocks"};
+    if (pass == "p2g") return {"measure", "measure_counts", "choose_scale", "p2g"};
+    std::vector<std::string> points;
+    if (pass == "grid update") {
+        points = {"grid_update"};
+        detail::for_mirror_passes(program,
+                                  [&](int k, std::size_t, std::size_t) { points.push_back(detail::mirror_pass(k)); });
+    } else if (pass == "average volumes" && program.has("average_rates")) {
+        points = detail::averaging_of(program);
+        points.insert(points.begin(), "measure_rates");
+        points.push_back("average_rates");
+    } else if (pass == "g2p") {
+        points = {"g2p"};
     }
-    if (program.has("filter_volumes")) {
-        average.push_back("average_volumes");
-        auto passes = join(join({"measure_volumes", "count_volumes"}, average), {"measure_averages"});
-        passes = join(join(passes, average), {"filter_volumes"});
-        if (program.has("shift_particles"))
-            passes = join(passes,
-                          {"measure_present", "choose_rate_scale", "scatter_rates", "find_excess", "shift_particles"});
-        order.insert(order.begin() + 1, passes.begin(), passes.end());  // after clear
+    return points;
+}
+
+/// Returns the names of the entry points of one step of a program, in the order to run them: those of all passes.
+/// \param sorted  whether P2G sorts the particles. \see entry_points_of
+inline std::vector<std::string> step_order_of(const Program& program, bool sorted = false) {
+    std::vector<std::string> order;
+    for (const std::string& pass : passes_of_programs) {
+        const std::vector<std::string> points = entry_points_of(program, pass, sorted);
+        order.insert(order.end(), points.begin(), points.end());
     }
     return order;
 }

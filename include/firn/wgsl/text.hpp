@@ -86,7 +86,8 @@ public:
         return filled(text::helpers) + (gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points(const Program& program) const {
-        return filled(text::time_step) + filled(text::acceleration) + filled(text::clear) + filled(text::measure) +
+        return filled(text::time_step) + filled(text::acceleration) + filled(text::clear) +
+               filled(text::sort, {{"NAME", "sort"}, {"WORD", "25"}}) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
                mirrors(program) + volume(program) +
@@ -254,11 +255,13 @@ private:
             return "room_along(node." + axis(a) + ", params.room_lower." + axis(a) + ", params.room_upper." + axis(a) +
                    ")";
         };
-        return text + filled(text::shift, {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
-                                           {"IDLE", idle()},
-                                           {"ROOM", listed(D_, room, " * ")},
-                                           {"GATHER", gather("QuadSums", "sum_quads",
-                                                             "QuadSums0(quad_at(" + node_in_grid() + "))", true)}});
+        return text + filled(text::sort, {{"NAME", "sort_shifted"}, {"WORD", "26"}}) +
+               filled(
+                   text::shift,
+                   {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
+                    {"IDLE", idle()},
+                    {"ROOM", listed(D_, room, " * ")},
+                    {"GATHER", gather("QuadSums", "sum_quads", "QuadSums0(quad_at(" + node_in_grid() + "))", true)}});
     }
     /// Returns the WGSL statement that stores the share of particle shifting; no text without shifting.
     std::string choose_shifted_share() const {

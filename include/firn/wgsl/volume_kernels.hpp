@@ -233,12 +233,8 @@ fn shift_particles(${INVOCATION}) {
     let base = base_node_of(place);
     let sums = gather_quads(nodes_from(base + corner), place - base);
     let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[20])));
-    // A place that has left the reach of its block counts from another one.
-    let node = base_node_of(moved);
-    var change = ${VEC}(0.0f);
-    if (any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f))) { change = 4.0f * floor(0.25f * node); }
-    store_place(i, moved - change);
-    store_corner(i, corner + change);
+    store_place(i, moved);
+    if (has_left_block(moved)) { atomicStore(&status[26], 1u); }
 }
 )";
 

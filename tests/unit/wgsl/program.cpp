@@ -307,7 +307,7 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     const wgsl::Program p = make({.every = 5});
     const std::vector<std::string> average{"choose_rate_scale", "scatter_rates", "convert_rates", "fold_rates_0",
                                            "average_volumes"};
-    std::vector<std::string> expected{"clear", "measure_volumes", "count_volumes"};
+    std::vector<std::string> expected{"clear", "sort", "measure_volumes", "count_volumes"};
     expected.insert(expected.end(), average.begin(), average.end());
     expected.push_back("measure_averages");
     expected.insert(expected.end(), average.begin(), average.end());
@@ -329,8 +329,8 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     const wgsl::Program water = make_water({});
     const std::vector<std::string> with = wgsl::step_order_of(water);
     const auto after = std::find(with.begin(), with.end(), "filter_volumes") + 1;
-    const std::vector<std::string> shifts{"measure_present", "choose_rate_scale", "scatter_rates",
-                                          "find_excess",     "shift_particles",   "measure"};
+    const std::vector<std::string> shifts{"measure_present", "choose_rate_scale", "scatter_rates", "find_excess",
+                                          "shift_particles", "sort_shifted",      "measure"};
     REQUIRE(with.end() - after >= std::ptrdiff_t(shifts.size()));
     CHECK(std::equal(shifts.begin(), shifts.end(), after));
     for (const std::string& name : with) CHECK(water.has(name));

@@ -1,0 +1,367 @@
+/// \file Runs the steps of a Simulation on a GPU.
+///
+///     firn::Simulation simulation(domain, material, walls, firn::FixedPoint<std::int32_t>{});
+///     simulation.add(…);
+///     auto gpu = firn::webgpu::on_gpu(simulation);
+///     gpu.advance(0.02);
+///     firn::write_state("state.h5", firn::state_of(gpu));
+#pragma once
+
+#include <firn/core/requirements.hpp>
+
+#include <firn/simulation.hpp>
+#include <firn/sort/partition.hpp>
+#include <firn/webgpu/host.hpp>
+#include <firn/wgsl/program.hpp>
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace firn::inline FIRN_BUILD::webgpu {
+
+namespace detail {
+
+/// Returns true. If a GPU cannot take the steps of such simulations, the compiler stops with a message.
+template <class Simulation>
+consteval bool require_gpu() {
+    using Execution = decltype(std::declval<Simulation&>().execution);
+    static_assert(std::same_as<typename Simulation::scalar_type, float>,
+                  "firn: a GPU computes with float: give the simulation a material of float.");
+    static_assert(std::same_as<Execution, FixedPoint<std::int32_t, Adding::atomic>> ||
+                      std::same_as<Execution, FixedPoint<std::int32_t, Adding::coloured>>,
+                  "firn: a GPU adds up integers of 32 bits: give the simulation firn::FixedPoint<std::int32_t>, which "
+                  "has the same bits on the CPU.");
+    static_assert(Simulation::material_count == 1,
+                  "firn: simulations of several materials do not yet run on a GPU: take their steps on the CPU.");
+    static_assert(!Simulation::has_contact_groups,
+                  "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");
+    return true;
+}
+
+/// Returns the partition of particles by the blocks from which their places are counted now. No place is counted anew,
+/// as sort_particles() does.
+template <std::floating_point S, int D>
+BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<S, D>& particles, int threads) {
+    const PlacesOfParticles<S> places = particles.places();
+    BlockSort<D> sort(places.slots, places.id, threads, particles.room());
+    sort.look([&](std::size_t i) { return places.is_particle(i); },
+              [&](std::size_t first, std::size_t count, BlockCells& cells) {
+                  const S in_first_cell[D][pack_size] = {};
+                  for (std::size_t l = 0; l < pack_size; ++l)
+                      cells.origin[l] = l < count && places.is_particle(first + l) ? places.block_key(first + l) : 0;
+                  find_cells<S, D>(in_first_cell, cells);
+              });
+    return sort.partition(kernel.colours);
+}
+
+}  // namespace detail
+
+/// A simulation whose steps a GPU takes. Make one with on_gpu().
+///
+/// The numbers of particles have the bits of the same steps on the CPU if neither contracts products and sums, nor
+/// divides otherwise than IEEE 754 says: the program on the CPU is compiled with `-ffp-contract=off`, and the device is
+/// known to do so. What other devices do is in benchmarks/README.md.
+///
+/// Steps run while the program goes on; a function that returns numbers of particles waits for them. Particles are
+/// copied to the CPU only for such a function.
+template <class Simulation>
+class OnGpu {
+    static_assert(detail::require_gpu<Simulation>());
+    static constexpr int D = Simulation::dimension;
+    using Kernel = typename Simulation::kernel_type;
+    using Force = typename Simulation::force_type;
+    using Transfer = decltype(std::declval<Simulation&>().transfer);
+    using Set = typename Simulation::template SetAt<0>;
+
+public:
+    /// Takes a simulation to a GPU. \see on_gpu
+    OnGpu(Simulation simulation, const Device& device) : simulation_(std::move(simulation)), device_(device) {
+        upload();
+    }
+
+    /// Takes one step under gravity. The time step is Simulation::fixed_time_step.
+    /// \throws parameter_error  if the simulation has no fixed time step, or if a parameter of a policy is out of range
+    /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
+    /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
+    ///                                         particles are asked for
+    /// \throws device_error     if the device was lost, or has not enough memory
+    void step() { take_steps(std::numeric_limits<double>::infinity(), simulation_.steps() + 1); }
+    /// Takes steps until `duration` [s] has passed. The last step is shortened to end at that time. Waits for them.
+    /// \throws parameter_error  if the duration is negative or not finite
+    /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
+    void advance(double duration) {
+        if (!(duration >= 0) || !std::isfinite(duration))
+            throw parameter_error(
+                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+        take_steps(simulation_.time() + duration, std::numeric_limits<std::uint64_t>::max());
+        check();
+    }
+
+    double time() const { return simulation_.time(); }                      ///< Time that the run has reached [s].
+    std::uint64_t steps() const { return simulation_.steps(); }             ///< Number of steps so far.
+    double last_time_step() const { return simulation_.last_time_step(); }  ///< Size of the last step [s].
+    Moment moment() const { return simulation_.moment(); }                  ///< Time and number of steps so far.
+    const Device& device() const { return device_; }                        ///< Returns the device.
+    const wgsl::Program& program() const { return program_; }  ///< Returns the program that takes the steps.
+
+    /// Returns the bound of the time step [s] for the present particles. \see Simulation::stable_time_step
+    double stable_time_step() {
+        check();
+        return simulation_.stable_time_step();
+    }
+    /// Returns the report of the last G2P. \see SetAccess::report
+    const G2PReport& report() {
+        check();
+        return simulation_.report();
+    }
+    /// Returns the totals of the particles: mass, momentum, energies. \see SetAccess::totals
+    Totals<D> totals() { return simulation().totals(); }
+
+    /// Returns the simulation on the CPU, with the present particles. A copy of it goes on without the GPU.
+    const Simulation& simulation() {
+        bring_back();
+        return simulation_;
+    }
+    /// Returns the simulation on the CPU, with the present particles, to change it: its policies, its particles, or all
+    /// by restore(). The next step takes it to the GPU again. After a step that failed, particles cannot be used until
+    /// they are restored.
+    Simulation& edit() {
+        if (!has_failed_) bring_back();
+        is_edited_ = true;
+        return simulation_;
+    }
+
+    /// Returns the current state, or writes it to one that is given. \see firn::state_of
+    template <class... State>
+    auto state(State&... into) {
+        bring_back();
+        return state_of(simulation_, into...);
+    }
+
+private:
+    Set& set() { return static_cast<Set&>(simulation_.sets_[0]); }
+
+    /// Throws if the simulation has something that steps on the GPU do not do.
+    void check_simulation() {
+        const auto refuse = [](const std::string& what) {
+            throw usage_error("A GPU cannot do " + what + ": take the steps on the CPU.");
+        };
+        for (const auto& pass : simulation_.passes()) {
+            constexpr std::string_view on_cpu[] = {"push", "restore masses", "end g2p", "sinks and sources"};
+            const auto is_it = [&](std::string_view name) { return name == pass.name; };
+            if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
+                refuse("the pass '" + pass.name + "' of this simulation");
+        }
+        if (set().loads || set().forces) refuse("loads, or forces between particles");
+        if (!set().sources.empty() || !set().sinks.empty()) refuse("sources and sinks");
+        for (const Body& body : set().bodies)
+            if (std::isfinite(body.end)) refuse("lifespans of bodies");
+        if (simulation_.reactions) refuse("reactions of the boundary");
+        if (!(simulation_.fixed_time_step > 0))
+            throw parameter_error(
+                "On a GPU, steps have a fixed size: set fixed_time_step, for example to half of stable_time_step().");
+    }
+
+    /// Takes the simulation to the device.
+    void upload() {
+        check_simulation();
+        simulation_.prepare();
+        const auto& particles = set().particles;
+        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
+            set().material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)},
+            simulation_.volume, 64, simulation_.transfer);
+        const bool is_known = host_ && program.code == program_.code && ids_.size() == particles.size();
+        program_ = std::move(program);
+        wgsl::Inputs inputs = wgsl::make_inputs<D>(program_, simulation_.domain(), particles,
+                                                   simulation_.fixed_time_step, device_.limits());
+        inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
+        inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
+        if (is_known)
+            host_->take(inputs);
+        else
+            host_.emplace(device_, program_, inputs);
+        host_->begin(simulation_.steps(), float(set().report.signal_speed), set().report.sort_needed);
+        ids_.clear();
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) ids_.push_back(particles.id(slot));
+        settings_.clear();
+        moments_.clear();
+        is_edited_ = has_failed_ = is_ahead_ = false;
+    }
+
+    void take_steps(double end, std::uint64_t last_step) {
+        if (is_edited_) upload();
+        if (has_failed_) simulation_.prepare();  // throws
+        if (!is_ahead_) warn();
+        while (simulation_.time() < end && simulation_.steps() != last_step) {
+            const double left = end - simulation_.time(), dt = simulation_.fixed_time_step;
+            const bool is_last = left < dt * (1 + 1e-9);
+            take_step(is_last ? left : dt);
+            if (is_last) simulation_.now_.time = end;
+            if (moments_.size() == steps_between_checks) check();
+        }
+    }
+
+    void take_step(double dt) {
+        simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
+        std::vector<double> settings{dt};
+        for_parameters(
+            simulation_.boundary,
+            [&](const std::string&, const char*, const auto& value) {
+                if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+                    settings.push_back(double(value));
+                else
+                    settings.insert(settings.end(), std::begin(value.v), std::end(value.v));
+            },
+            "");
+        if (settings != settings_) {
+            submit();
+            host_->set("time_step", {dt});
+            host_->set_parameters(simulation_.boundary, "boundary");
+            settings_ = std::move(settings);
+        }
+        const std::uint64_t steps = simulation_.steps(), most = simulation_.most_steps_between_sorts;
+        if (most > 0 && steps % most == 0) {
+            submit();
+            host_->sort_next();
+        }
+        moments_.push_back(simulation_.now_);
+        ++waiting_;
+        is_ahead_ = true;
+        simulation_.now_ = {simulation_.time() + dt, steps + 1, dt};
+        simulation_.boundary = advanced(simulation_.boundary, dt);
+    }
+
+    /// Gives the steps that wait to the device.
+    void submit() {
+        if (waiting_ > 0) host_->step(std::exchange(waiting_, 0));
+    }
+
+    /// Waits for all steps, and takes note of what they report.
+    void check() {
+        submit();
+        if (moments_.empty()) return;
+        const Status status = host_->status();
+        if (status.error != 0) fail(status);
+        set().report = {double(status.signal_speed), status.sort_needed};
+        moments_.clear();
+        const double dt = simulation_.fixed_time_step, bound = simulation_.find_bound(simulation_.gravity);
+        if (!(dt > bound)) return;
+        const std::string text = simulation_.warnings_.of_step(
+            dt, bound, simulation_.bound_.is_of_acceleration(simulation_.domain().cell_size), simulation_.steps(),
+            bool(simulation_.warn));
+        if (!text.empty()) simulation_.warn(text);
+    }
+
+    /// Gives the warnings about the particles that the CPU has.
+    void warn() {
+        if (simulation_.steps() == 0)
+            simulation_.warnings_.of_start(simulation_.sets_, simulation_.domain(), simulation_.boundary, false,
+                                           simulation_.warn, simulation_.ranks());
+        for (std::string text = "a first look"; !text.empty();) {
+            text.clear();
+            simulation_.next_time_step(simulation_.find_bound(simulation_.gravity),
+                                       firn::detail::has_all_walls(simulation_.boundary, simulation_.domain()),
+                                       Transfer::affine, simulation_.ranks(), simulation_.workers(), text);
+            if (!text.empty()) simulation_.warn(text);
+        }
+    }
+
+    /// Throws the error that a step reports, with the step, the particle and the likely cause.
+    [[noreturn, gnu::cold]] void fail(const Status& status) {
+        const double bound = simulation_.find_bound(simulation_.gravity);
+        const std::size_t steps = std::min(std::size_t(status.steps - moments_[0].steps), moments_.size());
+        const Moment at = moments_[std::max<std::size_t>(steps, 1) - 1];
+        const double dt = steps < moments_.size() ? moments_[steps].last_time_step : simulation_.last_time_step();
+        std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
+                                    " s on: ", wgsl::error_sentences.at(status.error - 1));
+        if (status.particle < ids_.size()) text += " " + text_of_particle(status.particle);
+        text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
+                " The simulation can neither go on nor be written: restore() its last state.";
+        simulation_.now_ = at;
+        simulation_.spoil();
+        has_failed_ = true;
+        moments_.clear();
+        detail::throw_error(status.error, text);
+    }
+    [[gnu::cold]] std::string text_of_particle(std::uint32_t i) {
+        const auto of_particle = [&](const char* component) {
+            const std::vector<float> all = host_->template read<float>(component);
+            Vec<double, D> value{};
+            for (std::size_t a = 0; a < std::size_t(D); ++a) value[int(a)] = double(all[i * std::size_t(D) + a]);
+            return value;
+        };
+        const Domain<D>& domain = simulation_.domain();
+        const Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size,
+                             v = of_particle("velocity");
+        return sentence("It is particle ", ids_[i], ", which was at ", firn::detail::point_text(x.v, D),
+                        " m with velocity ", firn::detail::point_text(v.v, D), " m/s.");
+    }
+
+    /// Copies the particles back, if the device has taken steps since.
+    void bring_back() {
+        check();
+        if (has_failed_) simulation_.prepare();  // throws
+        if (!is_ahead_) return;
+        auto& particles = set().particles;
+        std::vector<std::size_t> slot_of(particles.next_id()), slots;
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
+        for (const std::uint32_t id : ids_) slots.push_back(slot_of[id]);
+        for (const char* name : {"motion", "affine", "stress", "state"})
+            for (const wgsl::Buffer& buffer : program_.buffers)
+                if (buffer.name == name)
+                    wgsl::put_numbers<D>(buffer, host_->template read_buffer<float>(name), slots, particles);
+        const int threads = simulation_.workers();
+        set().partition = detail::partition_as_counted(simulation_.kernel(), particles, threads);
+        particles.reorder(set().partition, threads);
+        simulation_.activate();
+        is_ahead_ = false;
+    }
+
+    static constexpr std::size_t steps_between_checks = 256;
+
+    Simulation simulation_;
+    Device device_;
+    wgsl::Program program_;
+    std::optional<Host> host_;
+    std::vector<std::uint32_t> ids_;  // of the particles, in their order on the device
+    std::vector<double> settings_;    // the time step and the parameters of the boundary that the device has
+    std::vector<Moment> moments_;     // before each step since the last look at the status
+    int waiting_ = 0;                 // steps that were not yet given to the device
+    bool is_edited_ = false, has_failed_ = false;
+    bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
+};
+
+/// Takes a copy of a simulation to a GPU, which goes on with its steps. States of the GPU's run are written and read as
+/// the CPU's; a run may go from the CPU to a GPU and back.
+///
+/// Simulations may have one material, PIC or APIC, any kernel, force form and boundary (with colliders that move), FBar
+/// or VolumeFilter, and a fixed time step. Their sums must be FixedPoint<std::int32_t>. The domain's grid is dense: the
+/// device has memory for all of its nodes. What a GPU cannot do is refused in a sentence.
+/// \param device  the GPU
+/// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
+/// \throws parameter_error  if the simulation has no fixed time step, if the domain is periodic, or if the device has
+///                          too little memory for the particles or the nodes
+/// \throws particle_error   if a particle is not finite or outside the domain, or too light for sums in integers
+/// \throws device_error     if there is no GPU, or if it refuses the program
+template <class Simulation>
+OnGpu<Simulation> on_gpu(Simulation simulation, const Device& device = Device()) {
+    return OnGpu<Simulation>(std::move(simulation), device);
+}
+
+}  // namespace firn::inline FIRN_BUILD::webgpu
+
+namespace firn::inline FIRN_BUILD {
+
+/// Returns the current state of a simulation on a GPU, as that of a simulation on the CPU; or writes it to a state that
+/// is given, too. Include firn/io/simulation_state.hpp.
+template <class Of, class... State>
+auto state_of(webgpu::OnGpu<Of>& gpu, State&... into) {
+    return gpu.state(into...);
+}
+
+}  // namespace firn::inline FIRN_BUILD
