@@ -36,7 +36,7 @@ int main() {
     //! #include <firn/webgpu/host.hpp>
     //!
     //! const firn::webgpu::Device device;
-    //! firn::webgpu::Simulation simulation(
+    //! firn::webgpu::Host host(
     //!     device, program, firn::wgsl::make_inputs<3>(program, domain, cpu.particles(), 1e-4, device.limits()));
     //! simulation.initialise();
     //! simulation.step(100);

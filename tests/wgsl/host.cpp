@@ -2,6 +2,7 @@
 /// as the CPU's to the bit, and an error with its reason for all that goes wrong. Closes with "N passed, M failed".
 #include <firn/webgpu/host.hpp>
 
+#include "checks.hpp"
 #include "scene.hpp"
 
 #include <cstdlib>
@@ -10,38 +11,7 @@
 namespace {
 
 using namespace firn;
-
-int passed = 0, failed = 0;
-
-void check(bool good, const std::string& what, const std::string& seen = {}) {
-    ++(good ? passed : failed);
-    std::cout << (good ? "ok   " : "FAIL ") << what << (good || seen.empty() ? "" : ": " + seen) << '\n';
-}
-
-/// That f throws an Error with all of these in its message.
-template <class Error, class F>
-void check_throws(const std::string& what, const std::vector<std::string>& parts, const F& f) {
-    try {
-        f();
-        check(false, what, "nothing is thrown");
-    } catch (const Error& e) {
-        const std::string message = e.what();
-        bool good = true;
-        for (const std::string& part : parts) good = good && message.find(part) != std::string::npos;
-        check(good, what, message);
-    } catch (const std::exception& e) {
-        check(false, what, sentence("an error of another type: ", e.what()));
-    }
-}
-
-template <class T>
-void check_same_bits(const std::string& what, const std::vector<T>& got, const std::vector<T>& expected) {
-    std::size_t unlike = got.size() == expected.size() ? 0 : 1, first = 0;
-    for (std::size_t i = std::min(got.size(), expected.size()); i-- > 0;)
-        if (std::bit_cast<std::uint32_t>(got[i]) != std::bit_cast<std::uint32_t>(expected[i])) ++unlike, first = i;
-    check(unlike == 0 && !got.empty(), sentence(what, ": ", got.size(), " numbers"),
-          sentence(unlike, " differ from the ", expected.size(), " expected, the first is [", first, "]"));
-}
+using namespace checks;
 
 template <int D>
 struct Blocks : scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>> {
@@ -334,6 +304,5 @@ int main() {
     } catch (const std::exception& e) {
         check(false, "the test", e.what());
     }
-    std::cout << passed << " passed, " << failed << " failed\n";
-    return failed ? 1 : 0;
+    return finish();
 }

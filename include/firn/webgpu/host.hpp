@@ -304,7 +304,7 @@ private:
     void take_uniforms(const wgsl::Inputs& inputs) {
         wgsl::Inputs names = inputs;
         for (const wgsl::Uniform& u : program_->uniforms) names.set(u.name, u.values);
-        if (names.uniform_bytes() != uniforms_.uniform_bytes())
+        if (names.uniform_bytes() != wgsl::Inputs(*program_).uniform_bytes())
             throw usage_error("The inputs were made for another program, not for " + program_->name + ".");
         for (std::size_t k = 0; k < program_->uniforms.size(); ++k)
             uniforms_.set(program_->uniforms[k].name, inputs.uniform(k));

@@ -290,8 +290,12 @@ void add_averaged_volume(Module& module, const Volume& volume) {
     using R = recorded;
     using Taken = G2PResult<R, D>;
     const std::string of_volume = std::string(Volume::name) + ", ";
-    module.function<Taken>("rate_of", of_volume + "the rate of volume change", {"taken"},
-                           [](const Taken& taken) { return trace(taken.velocity_gradient); });
+    // The function that takes from the grid ends with products by one factor. Devices put it before their sum, if
+    // nothing else needs the products.
+    module.function<Taken>("rate_of", of_volume + "the rate of volume change", {"taken"}, [](Taken taken) {
+        for (int i = 0; i < D; ++i) taken.velocity_gradient(i, i) = settled(taken.velocity_gradient(i, i));
+        return trace(taken.velocity_gradient);
+    });
     module.function<Taken, R>("with_average", of_volume + "with the average of the rates around", {"own", "average"},
                               [&](Taken taken, const R& average) {
                                   taken.velocity_gradient = volume.velocity_gradient(taken.velocity_gradient, average);

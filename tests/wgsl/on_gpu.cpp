@@ -1,0 +1,267 @@
+/// \file What firn::webgpu::on_gpu() promises, on a device without contraction (see firn_swiftshader in
+/// cmake/webgpu.sh): a run on the device is a run on the CPU to the bit, and goes from one to the other; what cannot be
+/// done is refused in a sentence. Closes with "N passed, M failed".
+#include <firn/io/restart.hpp>
+#include <firn/webgpu/on_gpu.hpp>
+
+#include "checks.hpp"
+#include "scene.hpp"
+
+namespace {
+
+using namespace firn;
+using namespace checks;
+using scenes::Integers;
+
+/// Compares all that two simulations have of their particles, and how far they are.
+template <class A, class B>
+void check_same_run(const std::string& name, A& a, B& b) {
+    const auto expected = firn::state_of(a), got = firn::state_of(b);
+    check(got.time == expected.time && got.step == expected.step && got.last_time_step == expected.last_time_step,
+          sentence(name, "step ", expected.step), sentence("step ", got.step, ", ", got.time, " s"));
+    check(got.id == expected.id && got.body == expected.body, name + "ids and bodies");
+    check(got.parameters == expected.parameters, name + "parameters, also those of a boundary that moves");
+    for (std::size_t f = 0; f < expected.fields.size(); ++f)
+        check_same_bits(name + got.fields[f].name, got.fields[f].values, expected.fields[f].values);
+}
+
+template <class Simulation>
+void check_same_sums(const std::string& name, Simulation& cpu, webgpu::OnGpu<Simulation>& gpu) {
+    const auto expected = cpu.totals(), got = gpu.totals();
+    check(got.particles == expected.particles && got.mass == expected.mass && got.momentum == expected.momentum &&
+              got.angular_momentum == expected.angular_momentum && got.kinetic_energy == expected.kinetic_energy &&
+              (got.elastic_energy == expected.elastic_energy || std::isnan(expected.elastic_energy)),
+          name + "totals");
+    check(gpu.report().signal_speed == cpu.report().signal_speed && gpu.stable_time_step() == cpu.stable_time_step() &&
+              gpu.moment() == cpu.moment(),
+          name + "report and bound of the time step");
+}
+
+/// A run in several parts, each of which ends in a shortened step.
+template <class Simulation>
+void compare(const std::string& name, Simulation cpu, int steps, int parts = 2) {
+    auto gpu = webgpu::on_gpu(cpu);
+    check_same_run(name + ", before: ", cpu, gpu);
+    for (int k = 0; k < parts; ++k) {
+        const double duration = (steps / parts - 0.5) * cpu.fixed_time_step;
+        cpu.advance(duration);
+        gpu.advance(duration);
+    }
+    check(cpu.steps() >= std::uint64_t(steps / 2), name + ": steps are taken");
+    check_same_run(name + ": ", cpu, gpu);
+    check_same_sums(name + ": ", cpu, gpu);
+}
+
+template <int D, class Material, class... Policies>
+auto made(const Material& material, double cell_size, double time_step, const Policies&... policies) {
+    Domain<D> domain;
+    domain.cell_size = cell_size;
+    Simulation simulation(domain, material, Integers{}, policies...);
+    simulation.fixed_time_step = time_step;
+    simulation.warn = {};
+    return simulation;
+}
+
+/// A block that flies to a ball, which moves and turns, and drifts through several blocks of the grid.
+auto thrown(const Vec<double, 2>& velocity = {1, -2}) {
+    Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
+    ball.position = {0.5, 0.12};
+    ball.linear_velocity = {0.3, 0.1};
+    ball.angular_velocity = 2;
+    auto simulation = made<2>(FixedCorotated<float>::from_young_poisson(2e4, 0.3), 1.0 / 50, 4e-4,
+                              Together(scenes::rough_walls<2>(), ball));
+    simulation.add(sample_box<2>({0.3, 0.25}, {0.7, 0.5}, {.spacing = 1.0 / 90}), 1000, velocity);
+    return simulation;
+}
+
+template <int D>
+void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity) {
+    simulation.add(sample_box<D>(Vec<double, D>::filled(0.2), Vec<double, D>::filled(0.5),
+                                 {.spacing = spacing, .pattern = Pattern::jittered, .jitter = 0.1}),
+                   1000, velocity);
+}
+
+void runs_are_the_cpus() {
+    compare("thrown", thrown(), 200, 3);
+    {
+        auto snow = made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
+                            scenes::mirrored_walls<2>(), FBar{});
+        add_block<2>(snow, 1.0 / 60, {3, -5});
+        compare("snow", std::move(snow), 80);
+    }
+    {
+        auto water = made<2>(Fluid<float>::from_properties({.viscosity = 5}), 1.0 / 30, 1e-4,
+                             VolumeFilter{.every = 3, .shifting = 20});
+        water.most_steps_between_sorts = 7;
+        add_block<2>(water, 1.0 / 70, {8, -6});
+        compare("water", std::move(water), 80);
+    }
+    {
+        using Varied = PerParticle<Sand<float>, "mu", "lambda">;
+        auto sand = made<2>(Varied{}, 1.0 / 30, 2e-4, scenes::rough_walls<2>());
+        add_block<2>(sand, 1.0 / 60, {2, -4});
+        compare("sand", std::move(sand), 60);
+    }
+    {
+        // Its program is the shortest in 3D: a software GPU takes long to compile others.
+        auto splash = made<3>(Fluid<float>{}, 1.0 / 20, 1e-4, scenes::rough_walls<3>());
+        add_block<3>(splash, 1.0 / 30, {20, -40, 10});
+        compare("splash", std::move(splash), 60);
+    }
+}
+
+void from_one_to_the_other() {
+    auto stayed = thrown(), cpu = thrown();
+    for (int k = 0; k < 90; ++k) stayed.step();
+    for (int k = 0; k < 30; ++k) cpu.step();
+    auto gpu = webgpu::on_gpu(cpu);
+    for (int k = 0; k < 30; ++k) gpu.step();
+    auto back = gpu.simulation();
+    for (int k = 0; k < 30; ++k) back.step();
+    check_same_run("CPU, GPU, CPU by a copy: ", stayed, back);
+
+    auto restarted = thrown(), again = thrown();
+    restore(restarted, state_of(gpu));
+    for (int k = 0; k < 30; ++k) restarted.step();
+    check_same_run("CPU, GPU, CPU by a state: ", stayed, restarted);
+
+    auto on_other = webgpu::on_gpu(again, gpu.device());
+    restore(on_other.edit(), state_of(gpu));
+    for (int k = 0; k < 30; ++k) on_other.step();
+    check_same_run("CPU, GPU, GPU by a state: ", stayed, on_other);
+
+    auto twin = gpu.simulation();
+    const auto change = [](auto& simulation) {
+        simulation.gravity = {2, -5};
+        std::get<0>(simulation.boundary.parts).at_lower[1].friction = 0.5;
+        simulation.fixed_time_step = 3e-4;
+        simulation.add(sample_box<2>({0.1, 0.6}, {0.3, 0.8}, {.spacing = 1.0 / 90}), 500, {1, 0});
+    };
+    change(twin);
+    change(gpu.edit());
+    for (int k = 0; k < 70; ++k) twin.step();
+    for (int k = 0; k < 10; ++k) gpu.step();
+    for (int k = 0; k < 20; ++k) gpu.edit().step();  // on the CPU
+    for (int k = 0; k < 40; ++k) gpu.step();
+    check_same_run("a run that is changed: ", twin, gpu);
+}
+
+/// The sentence of the error that f throws.
+template <class Error, class F>
+std::string said(const F& f) {
+    try {
+        f();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "nothing";
+}
+
+void errors_of_steps() {
+    // Twenty cells a step, out through a ceiling that does not hold.
+    const auto open_above = [](const Vec<double, 2>& velocity) {
+        auto simulation = thrown(velocity);
+        std::get<0>(simulation.boundary.parts).at_upper[1].contact = Contact::none;
+        return simulation;
+    };
+    auto cpu = open_above({0, 1000});
+    auto gpu = webgpu::on_gpu(cpu);
+    const std::string theirs = said<particle_error>([&] { cpu.advance(0.01); }),
+                      ours = said<particle_error>([&] { gpu.advance(0.01); });
+    const std::string where = theirs.substr(0, theirs.find(" on: "));
+    check(where.starts_with("At step ") && ours.starts_with(where + " on: "), "a particle leaves in the CPU's step",
+          theirs + "; " + ours);
+    check(ours.find("It is particle ") != std::string::npos && ours.find("velocity (0, ") != std::string::npos &&
+              ours.find("times the bound") != std::string::npos,
+          "one of the particles, and the cause", ours);
+    check(gpu.moment() == cpu.moment(), "a run ends before the step that fails");
+    for (int k = 0; k < 2; ++k)
+        check_throws<particle_error>("after a step that failed", {"restore()"}, [&] { gpu.step(); });
+    check_throws<particle_error>("a state after a step that failed", {"restore()"}, [&] { (void)state_of(gpu); });
+    auto good = open_above({1, -2});
+    restore(gpu.edit(), state_of(good));
+    gpu.advance(0.01);
+    good.advance(0.01);
+    check_same_run("restored after a step that failed: ", good, gpu);
+
+    auto scaled = thrown();
+    scaled.execution.momentum_scale = 0x1p60;
+    gpu.edit() = scaled;
+    check_throws<overflow_error>("too large a scale", {"At step 0, of 0.0004 s", wgsl::error_sentences[2]},
+                                 [&] { gpu.advance(0.01); });
+
+    auto wrong = thrown();
+    auto& particles = wrong.edit_particles();
+    particles.set_velocity(0, {std::nanf(""), 0});
+    check_throws<particle_error>("a particle that is not finite", {"Before step 0"},
+                                 [&] { webgpu::on_gpu(wrong, gpu.device()); });
+    gpu.edit() = wrong;
+    check_throws<particle_error>("a particle that is edited wrongly", {"Before step 0"}, [&] { gpu.step(); });
+}
+
+void what_is_refused() {
+    const webgpu::Device device;
+    auto gpu = webgpu::on_gpu(thrown(), device);
+    const auto refused = [&]<class Error>(std::type_identity<Error>, const std::string& what,
+                                          const std::vector<std::string>& parts, const auto& change) {
+        auto simulation = thrown();
+        change(simulation);
+        check_throws<Error>(what, parts, [&] { webgpu::on_gpu(simulation, device); });
+        gpu.edit() = simulation;
+        check_throws<Error>(what + ", later", parts, [&] { gpu.step(); });
+    };
+    constexpr std::type_identity<usage_error> usage;
+    constexpr std::type_identity<parameter_error> parameter;
+    refused(usage, "a pass of the program", {"the pass 'probe'", "CPU"},
+            [](auto& simulation) { simulation.add_pass("probe", "p2g", [](auto&, const auto&) {}); });
+    refused(usage, "a load", {"loads"}, [](auto& simulation) {
+        simulation.add_load(simulation.bodies()[0], [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
+    });
+    refused(usage, "a source", {"sources"}, [](auto& simulation) {
+        simulation.add_source({.samples = sample_box<2>({0.1, 0.8}, {0.2, 0.9}, {.spacing = 0.01}),
+                               .density = 1000,
+                               .rate = 1,
+                               .start = 1});
+    });
+    refused(usage, "a sink", {"sinks"},
+            [](auto& simulation) { simulation.add_sink({.lower = {0, 0}, .upper = {0.1, 0.1}}); });
+    refused(usage, "reactions", {"reactions"}, [](auto& simulation) { simulation.reactions.emplace(); });
+    refused(parameter, "no fixed time step", {"set fixed_time_step"},
+            [](auto& simulation) { simulation.fixed_time_step = 0; });
+    Domain<2> ring;
+    ring.cell_size = 1.0 / 48;
+    ring.periodic[0] = true;
+    Simulation turning(ring, FixedCorotated<float>{}, Integers{});
+    turning.fixed_time_step = 1e-4;
+    turning.add(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 0.01}), 1000, {1, 0});
+    check_throws<parameter_error>("a periodic domain", {"periodic"}, [&] { webgpu::on_gpu(turning, device); });
+    gpu.edit() = thrown();
+    check_throws<parameter_error>("a time that runs back", {"-1 s"}, [&] { gpu.advance(-1); });
+
+    std::vector<std::string> warnings;
+    auto hasty = thrown();
+    hasty.warn = [&](const std::string& text) { warnings.push_back(text); };
+    hasty.fixed_time_step = 4e-3;
+    gpu.edit() = hasty;
+    gpu.step();
+    check(warnings.size() == 1 && warnings[0].find("times the bound") != std::string::npos,
+          "a step above its bound is warned of", warnings.empty() ? "nothing" : warnings[0]);
+
+    wgpuDeviceDestroy(device.handle());
+    check_throws<device_error>("a lost device", {"was lost"}, [&] { gpu.step(), (void)state_of(gpu); });
+    check_throws<device_error>("a lost device, again", {"was lost"}, [&] { (void)gpu.totals(); });
+}
+
+}  // namespace
+
+int main() {
+    try {
+        runs_are_the_cpus();
+        from_one_to_the_other();
+        errors_of_steps();
+        what_is_refused();
+    } catch (const std::exception& e) {
+        check(false, "the test", e.what());
+    }
+    return finish();
+}
