@@ -21,8 +21,15 @@ void check_same_run(const std::string& name, A& a, B& b) {
           sentence(name, "step ", expected.step), sentence("step ", got.step, ", ", got.time, " s"));
     check(got.id == expected.id && got.body == expected.body, name + "ids and bodies");
     check(got.parameters == expected.parameters, name + "parameters, also those of a boundary that moves");
-    for (std::size_t f = 0; f < expected.fields.size(); ++f)
-        check_same_bits(name + got.fields[f].name, got.fields[f].values, expected.fields[f].values);
+    for (std::size_t f = 0; f < expected.fields.size(); ++f) {
+        // Devices leave out additions of 0, which make 0 of −0 on the CPU.
+        const auto without_signed_zeros = [](auto values) {
+            for (auto& x : values) x = x == 0 ? 0 : x;
+            return values;
+        };
+        check_same_bits(name + got.fields[f].name, without_signed_zeros(got.fields[f].values),
+                        without_signed_zeros(expected.fields[f].values));
+    }
 }
 
 template <class Simulation>

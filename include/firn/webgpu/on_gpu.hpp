@@ -65,7 +65,8 @@ BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<
 ///
 /// The numbers of particles have the bits of the same steps on the CPU if neither contracts products and sums, nor
 /// divides otherwise than IEEE 754 says: the program on the CPU is compiled with `-ffp-contract=off`, and the device is
-/// known to do so. What other devices do is in benchmarks/README.md.
+/// known to do so. What other devices do is in benchmarks/README.md. A zero may have another sign, and numbers below
+/// 1.2e-38 may be 0.
 ///
 /// Steps run while the program goes on; a function that returns numbers of particles waits for them. Particles are
 /// copied to the CPU only for such a function.
