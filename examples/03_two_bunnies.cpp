@@ -1,43 +1,22 @@
 /// \file Two elastic bunnies, read from an OBJ file: a mesh, which is filled with particles, or a cloud of points. One
 /// falls on the other; they tumble and bounce. Prints how far each has turned, and sets two runs with other constants
 /// side by side.
+#include "support/bunnies.hpp"
 #include "support/elastic.hpp"
-#include "support/rotation.hpp"
 #include <firn/data/point_spacing.hpp>
 
 #include <cmath>
 
 namespace {
 
+using example::Bunnies, example::bunny_size;
 using Point = firn::Vec<double, 3>;
-
-constexpr double size = 0.32;  // of a bunny [m]
 
 const std::vector<example::Quantity> quantities{{"lower bunny turned by", "°", 1},
                                                 {"upper bunny turned by", "°", 1},
                                                 {"lower bunny's strain", "%", 2},
                                                 {"upper bunny's strain", "%", 2}};
 enum : std::size_t { turned, lower_strain = 2, upper_strain };
-
-/// The particles of both bunnies before they move.
-struct Bunnies {
-    double spacing = 0;
-    firn::Samples<3> below, above;
-};
-
-/// Fills a mesh, so that there are about so many particles in all.
-Bunnies from_mesh(const std::string& file, std::int64_t particles) {
-    const firn::TriangleMesh mesh = firn::read_obj(file);
-    const firn::InsideTest closed(mesh);  // throws for a mesh that cannot be filled
-    const firn::TriangleMesh below = firn::fitted(mesh, {0.47, 0.5 * size, 0.5}, size);
-    const firn::TriangleMesh turned =
-        firn::rotated(firn::fitted(mesh, {0.0, 0.0, 0.0}, size), firn::rotation({0.0, 1.0, 0.0}, 2.2));
-    const firn::TriangleMesh above = firn::translated(turned, {0.56, 0.62, 0.53});
-    const double volume = std::abs(firn::signed_volume(below));
-    const double spacing = std::cbrt(2 * volume / double(particles));
-    const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
-    return {spacing, firn::sample_mesh(below, filling), firn::sample_mesh(above, filling)};
-}
 
 std::vector<Point> bare_points(const std::string& file) {
     try {
@@ -60,11 +39,11 @@ Bunnies from_points(const std::string& file) {
         }
     const Point extent = box.upper - box.lower, middle = (box.lower + box.upper) * 0.5;
     // Half a spacing of matter lies around the outermost points.
-    const double factor = size / (std::max({extent[0], extent[1], extent[2]}) + spacing);
+    const double factor = bunny_size / (std::max({extent[0], extent[1], extent[2]}) + spacing);
     const firn::Mat<double, 3> turn = firn::rotation({0.0, 1.0, 0.0}, 2.2);
     Bunnies bunnies{factor * spacing, {}, {}};
     for (const Point& x : points) {
-        bunnies.below.positions.push_back(Point{0.47, 0.5 * size, 0.5} + (x - middle) * factor);
+        bunnies.below.positions.push_back(Point{0.47, 0.5 * bunny_size, 0.5} + (x - middle) * factor);
         bunnies.above.positions.push_back(Point{0.56, 0.62, 0.53} + turn * ((x - middle) * factor));
     }
     bunnies.below.volume = bunnies.above.volume = std::pow(bunnies.spacing, 3);
@@ -124,7 +103,8 @@ int two_bunnies(int argc, char** argv) {
         throw firn::parameter_error(
             "The points of --points are the particles, as they are: leave out --mesh and --particles.");
     const example::Options& options = line.options();
-    const Bunnies bunnies = point_file.empty() ? from_mesh(mesh_file, options.particles) : from_points(point_file);
+    const Bunnies bunnies =
+        point_file.empty() ? example::bunnies_from_mesh(mesh_file, options.particles) : from_points(point_file);
 
     return elastic.with_force([&](auto force) {
         const auto run = [&](const example::Options& of_run, const example::Elastic& constants) {
