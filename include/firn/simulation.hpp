@@ -19,6 +19,7 @@
 #include <firn/simulation/policies.hpp>
 #include <firn/simulation/run_of.hpp>
 #include <firn/simulation/set_handle.hpp>
+#include <firn/simulation/steps_to.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
@@ -263,8 +264,7 @@ public:
             throw parameter_error(
                 sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
         if constexpr (detail::require_acceleration<Acceleration, native_pack<S>, D>())
-            take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
-                       std::numeric_limits<std::uint64_t>::max());
+            take_steps(detail::own_acceleration<D>(acceleration), duration, std::numeric_limits<std::uint64_t>::max());
     }
 
     /// Adds a pass to every following step: a function of the program that acts behind the pass of the name `after`.
@@ -347,26 +347,29 @@ private:
     auto ranks() const { return detail::all_ranks<S, D>(execution); }
     int workers() const { return detail::threads_of(execution); }
 
-    /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
-    /// last step is shortened to end at `end`.
+    /// Returns whether time steps are chosen in float.
+    bool in_float() const { return requested_float_steps(execution) && this->fixed_time_step == 0; }
+
+    /// Takes steps until `duration` [s] has passed, or until the number of steps taken since the start is `last_step`.
+    /// The last step is shortened to end after `duration`.
     template <class Acceleration>
-    void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
+    void take_steps(const Acceleration& acceleration, double duration, std::uint64_t last_step) {
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
         if (now_.steps == 0) warnings_.of_start(sets_, this->domain(), boundary, has_contact_groups, warn, ranks());
         warnings_.of_gravity(acceleration, gravity, warn, this->speaks_);
         bool leaves_regions = false;
         for (const SetOf<S, D>& set : sets_)
             leaves_regions = leaves_regions || (set.forces && set.forces->may_open_regions());
+        detail::StepsTo steps(now_.time, duration, in_float());
         Stepper<D>::take_steps(
-            leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
+            leaves_regions ? 1 : workers(), last_step,
+            [&] { return steps.arrived(now_.time) || now_.steps == last_step; },
             [&](std::string& warning) {
-                const double bound = find_bound(acceleration), left = end - now_.time;
+                const double bound = find_bound(acceleration);
                 const double dt = this->next_time_step(bound, detail::has_all_walls(boundary, this->domain()),
                                                        Transfer::affine, ranks(), workers(), warning);
                 if (!warning.empty()) return;
-                const bool is_last = left < dt * (1 + 1e-9);
-                step_by(is_last ? left : dt, acceleration);
-                if (is_last) now_.time = end;
+                steps.next(now_.time, dt, [&](const TimeStep& step) { step_by(step, acceleration); });
             });
     }
 
@@ -377,23 +380,24 @@ private:
         prepare();
         double largest = 0;
         if constexpr (detail::is_uniform<Acceleration>)
-            largest = norm(cast<double>(acceleration));
+            largest = detail::size_of_uniform(acceleration, in_float());
         else
             largest = bound_.field_at_nodes >= 0 ? bound_.field_at_nodes
                                                  : ranks().largest(detail::acceleration_at_particles(
                                                        sets_, this->domain(), acceleration, workers()));
+        bound_.in_float = in_float();
         return bound_.find(this->step_inputs(ranks(), workers()),
                            detail::speed_of_boundary<S>(boundary, this->domain()), largest);
     }
 
     /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
     template <class Acceleration>
-    void step_by(double dt, const Acceleration& acceleration) {
+    void step_by(const TimeStep& dt, const Acceleration& acceleration) {
         with_step(dt, acceleration, [&](StepNow<S, D>& now) { this->take_passes(now); });
     }
     /// Calls body(now) with what passes need to know of a step of dt [s].
     template <class Acceleration, class Body>
-    void with_step(double dt, const Acceleration& acceleration, const Body& body) {
+    void with_step(const TimeStep& dt, const Acceleration& acceleration, const Body& body) {
         const auto all_ranks = ranks();
         this->check_time_step(dt, all_ranks, workers());
         if constexpr (requires { transfer.check(); }) transfer.check();
@@ -402,6 +406,7 @@ private:
         StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, this->domain())};
         all_ranks.use_mirrors(now.mirrors.planes);
         now.is_uniform = detail::is_uniform<Acceleration>;
+        now.in_float = dt.in_float;
         const auto update = [&] { return update_grid(now, acceleration); };
         const auto cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
         now.update_grid = std::ref(update);

@@ -49,6 +49,9 @@ struct FixedPoint {
     int threads = 0;                         ///< number of threads; 0: thread_count() chooses it
     std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
         mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
+    /// Whether time steps at their bound are chosen in float, as a WGSL program on a GPU chooses them. Set it for a run
+    /// that shall have the bits of a GPU. A fixed time step is not affected.
+    bool float_steps = false;
 };
 /// Execution of P2G with sums in integers, without atomics: threads work on blocks of one colour at a time.
 template <class Integer = std::int32_t>
@@ -161,6 +164,15 @@ inline constexpr bool has_one_rank =
 template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;
+}
+
+/// Returns whether an execution policy asks for time steps that are chosen in float. \see FixedPoint::float_steps
+template <class Execution>
+bool requested_float_steps(const Execution& execution) {
+    if constexpr (requires { execution.float_steps; })
+        return execution.float_steps;
+    else
+        return false;
 }
 
 namespace detail {

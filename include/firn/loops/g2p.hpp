@@ -69,7 +69,7 @@ class GroupUpdate {
 
 public:
     GroupUpdate(const View& view, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
-                const Material& material, double dt, const Transfer& transfer)
+                const Material& material, const TimeStep& step, const Transfer& transfer)
         : view_(view),
           partition_(partition),
           grid_(grid),
@@ -77,8 +77,8 @@ public:
           material_(lift<P>(material)),
           transfer_(lift<P>(transfer)),
           h_(S(grid.domain().cell_size)),
-          dt_(S(dt)),
-          per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)) {}
+          dt_(S(step.dt)),
+          per_velocity_(positions_.per_velocity(step, grid.domain().cell_size)) {}
 
     void operator()(std::size_t g, G2PThreadReport& report) const {
         const BlockGroup& group = partition_.groups[g];
@@ -218,7 +218,8 @@ private:
 template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Material, std::floating_point S,
           int D, class Field, class State>
 PassReport g2p_pass(int threads, const ParticleView<S, D, Field, State>& view, const BlockPartition<D>& partition,
-                    const SparseGrid<S, D>& grid, const Material& material, double dt, const Transfer& transfer) {
+                    const SparseGrid<S, D>& grid, const Material& material, const TimeStep& step,
+                    const Transfer& transfer) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     if constexpr (requires { transfer.check(); }) transfer.check();
     grid.require_active(partition);
@@ -227,7 +228,7 @@ PassReport g2p_pass(int threads, const ParticleView<S, D, Field, State>& view, c
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");
     const GroupUpdate<Kernel, Transfer, Force, Volume, Material, ParticleView<S, D, Field, State>> update(
-        view, partition, grid, material, dt, transfer);
+        view, partition, grid, material, step, transfer);
     std::vector<G2PThreadReport> reports{std::size_t(threads)};
     parallel_for(partition.groups.size(), threads,
                  [&](std::size_t g, int thread) { update(g, reports[std::size_t(thread)]); });

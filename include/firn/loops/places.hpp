@@ -7,6 +7,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/simd/row.hpp>
 #include <firn/simd/transpose.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -124,8 +125,10 @@ public:
     S cell() const { return cell_; }  ///< Returns the cell size, in the unit of stored positions.
     /// Returns the factor that turns a velocity [m/s] into the displacement in one step, in the unit of stored
     /// positions: dt / h if they are in cells, dt if they are in metres.
-    /// \param dt  time step [s];  \param h  cell size [m]
-    S per_velocity(double dt, double h) const { return S(in_cells ? dt / h : dt); }
+    /// \param h  cell size [m]
+    S per_velocity(const TimeStep& step, double h) const {
+        return in_cells ? step.template cells_per_velocity<S>(h) : S(step.dt);
+    }
 
 private:
     Vec<S, D> lower_, upper_;

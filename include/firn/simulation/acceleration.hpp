@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
+#include <firn/field/gravity.hpp>
 #include <firn/loops/grid_update.hpp>
 #include <firn/simulation/set_of.hpp>
 
@@ -11,6 +12,15 @@
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::detail {
+
+/// Returns the size of an acceleration that is the same everywhere [m/s²].
+/// \param in_float  whether it is computed as a WGSL program computes that of the field Gravity
+template <class S, int D>
+double size_of_uniform(const Vec<S, D>& acceleration, bool in_float) {
+    if (!in_float) return norm(cast<double>(acceleration));
+    constexpr Vec<float, D> zero{};
+    return double(sqrt(squared_acceleration(Gravity<float, D>{cast<float>(acceleration)}, zero, zero, 0.0F)));
+}
 
 /// Returns the largest acceleration of a field at the particles [m/s²], as far as it is finite. For the first step:
 /// later, the grid update tells the largest at the nodes. \see squared_acceleration

@@ -70,24 +70,31 @@ double StepInputs<S, D>::of_sources() const {
     return bound;
 }
 
+/// Returns a time [s], rounded downwards to a float if that is asked for.
+FIRN_BODY double in_given_digits(double time, bool in_float) {
+    if (!in_float) return time;
+    const float rounded = float(time);
+    return double(double(rounded) > time ? std::nextafter(rounded, 0.0F) : rounded);
+}
+
 template <std::floating_point S, int D>
 double StepBound::find(const StepInputs<S, D>& of, double boundary_speed, double given) {
     const double fastest = fastest_signal(of.sets);
     of_boundary = boundary_speed;
     if (!(fastest > 0) && std::isfinite(next_burst(of.sets)) && !has_particles(of.sets, of.ranks))
-        return step = next_burst(of.sets) - of.time;  // a source will add the first particles
+        return step = in_given_digits(next_burst(of.sets) - of.time, of.in_float);  // the first particles
     const double of_forces = of.of_forces();
     acceleration = std::max(given, of.of_pushes());
-    step = std::min({of.of_signal(std::max(fastest, of_boundary)),
-                     acceleration_time_step(of.domain.cell_size, acceleration), of_forces, of.of_sources()});
-    return step;
+    of_acceleration = of.of_acceleration(acceleration);
+    const double bound =
+        std::min({of.of_signal(std::max(fastest, of_boundary)), of_acceleration, of_forces, of.of_sources()});
+    return step = in_given_digits(bound, of.in_float);
 }
 
 template <std::floating_point S, int D>
 std::string StepBound::reason(const StepInputs<S, D>& of) const {
     const double fastest = fastest_signal(of.sets);
     const double of_signals = of.of_signal(std::max(fastest, of_boundary));
-    const double of_acceleration = acceleration_time_step(of.domain.cell_size, acceleration);
     if (of.of_forces() < std::min(of_signals, of_acceleration))
         return "It is set by forces between particles: take softer ones, or larger masses.";
     if (of_acceleration < of_signals)

@@ -81,6 +81,7 @@ struct StepInputs {
     double time;                 ///< present time [s]
     int threads;                 ///< number of threads of loops over particles
     const RanksOf<S, D>& ranks;  ///< what the processes of the run tell each other
+    bool in_float = false;       ///< whether the bound is computed in float. \see FixedPoint::float_steps
 
     /// Returns the bound that results from forces between particles [s]; infinite if there are no such forces.
     double of_forces() const;
@@ -92,7 +93,16 @@ struct StepInputs {
     /// how far a fast burst is shot into slow matter.
     double of_sources() const;
     /// Returns the bound by signals of this speed [m/s].
-    double of_signal(double speed) const { return stable_time_step(kernel, domain.cell_size, speed); }
+    double of_signal(double speed) const {
+        if (!in_float) return stable_time_step(kernel, domain.cell_size, speed);
+        return double(stable_time_step(kernel, float(domain.cell_size), float(speed)));
+    }
+    /// Returns the bound by an acceleration [m/s²].
+    double of_acceleration(double size) const {
+        if (!in_float) return acceleration_time_step(domain.cell_size, size);
+        const float in_32_bits = float(size);  // a GPU goes without the bound where this has overflowed
+        return double(acceleration_time_step(float(domain.cell_size), std::isfinite(in_32_bits) ? in_32_bits : 0));
+    }
 };
 
 /// The bound of the time step, and the speeds and accelerations from which it was computed.
@@ -100,6 +110,8 @@ struct StepBound {
     double step = 0;             ///< the bound, for the present step [s]
     double acceleration = 0;     ///< the largest acceleration from which the bound was computed [m/s²]
     double of_boundary = 0;      ///< the largest speed of the boundary from which the bound was computed [m/s]
+    double of_acceleration = 0;  ///< the bound by this acceleration alone [s]
+    bool in_float = false;       ///< whether the bound is computed in float. \see FixedPoint::float_steps
     double field_at_nodes = -1;  ///< the largest acceleration of a field at nodes in the last step; −1: it had none
 
     /// Computes the bound for prepared particles.
@@ -113,9 +125,7 @@ struct StepBound {
     template <std::floating_point S, int D>
     [[gnu::cold]] std::string reason(const StepInputs<S, D>& of) const;
     /// Returns whether an acceleration limits the time step, and nothing else does so more.
-    bool is_of_acceleration(double cell_size) const {
-        return acceleration > 0 && !(step < acceleration_time_step(cell_size, acceleration));
-    }
+    bool is_of_acceleration() const { return acceleration > 0 && !(step < of_acceleration); }
 };
 
 }  // namespace firn::inline FIRN_BUILD::detail

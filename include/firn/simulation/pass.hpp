@@ -5,6 +5,7 @@
 #include <firn/data/particle_set.hpp>
 #include <firn/loops/ranks_of.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <cstdint>
 #include <functional>
@@ -69,6 +70,10 @@ struct StepNow {
     std::size_t set = 0;                          ///< Number of the set, in passes that act set by set.
     double largest_acceleration = 0;              ///< The largest acceleration of a field at nodes [m/s²].
     bool right = true;                            ///< Whether all particles are finite and in the domain.
+    bool in_float = false;                        ///< Whether dt was chosen in float. \see FixedPoint::float_steps
+
+    /// Returns the time step, with how it was chosen.
+    TimeStep time_step() const { return {dt, in_float}; }
 };
 
 /// A pass of a step: a value that knows no simulation, and is given one when it acts. So a copy of a simulation has

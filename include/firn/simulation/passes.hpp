@@ -100,7 +100,8 @@ private:
     static void filter_volumes(Simulation& of, Now& now) {
         of.volume.check();
         if (!of.volume.is_due(of.steps())) return;
-        const S crossed = S(now.dt / of.domain().cell_size) * S(fastest_signal(of.sets()));
+        const S crossed =
+            now.time_step().template cells_per_velocity<S>(of.domain().cell_size) * S(fastest_signal(of.sets()));
         bool stray = false;
         with_sets(of, [&](Sets sets) {
             if (const S share = of.volume.share(crossed); share > 0)
@@ -173,7 +174,7 @@ private:
     static void g2p(Simulation& of, Now& now) {
         gather_set(of, now, [&](auto& set) {
             return g2p_pass<Kernel, Transfer, Force, Volume>(now.threads, set.particles.view(), set.partition, of.grid_,
-                                                             set.material, now.dt, of.transfer);
+                                                             set.material, now.time_step(), of.transfer);
         });
     }
     static void restore_masses(Simulation& of, Now& now) { put_back_masses<Transfer>(now.threads, of.grid_); }

@@ -74,7 +74,7 @@ double RunOf<S, D>::next_time_step(double bound, bool has_all_walls, bool tells_
         throw parameter_error(
             sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
     if (fixed_time_step == 0 && !std::isfinite(bound)) detail::throw_at_rest();
-    const bool accelerated = bound_.is_of_acceleration(domain().cell_size), warns = bool(this->warn);
+    const bool accelerated = bound_.is_of_acceleration(), warns = bool(this->warn);
     if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, accelerated, now_.steps, warns);
     if (warns && warning.empty() && detail::fastest_signal(sets_) > 0)
         warning = warnings_.of_bound(bound, now_.steps, now_.time,

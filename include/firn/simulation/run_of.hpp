@@ -68,7 +68,7 @@ protected:
     }
     /// Returns what the bound of the time step depends on.
     detail::StepInputs<S, D> step_inputs(const Ranks& ranks, int threads) {
-        return {sets_, domain(), kernel_, now_.time, threads, ranks};
+        return {sets_, domain(), kernel_, now_.time, threads, ranks, bound_.in_float};
     }
 
     /// Gives the first particles of sources, checks and sorts the sets of particles that changed since the last step,

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -59,12 +60,80 @@ inline void check_step(double dt) {
 }
 }  // namespace detail
 
+/// The time that is left until a run arrives [s]: a number, and what rounding it has left out. So many steps can be taken
+/// off, and two floats hold 48 bits.
+template <scalar S>
+struct TimeLeft {
+    S high;  ///< the time left, rounded
+    S low;   ///< what `high` lacks
+};
+
+/// A step, and the time that is left after it.
+template <scalar S>
+struct StepWithin {
+    S step;            ///< the step [s]
+    TimeLeft<S> left;  ///< the time left after it; 0 after the last one
+};
+
+/// Returns the step to take when so much time is left: the bound; or all that is left, rounded, if that is not longer.
+/// So no last step is left that is shorter than half of a unit in the last place of the step before it.
+///
+/// There are only sums, differences and comparisons, none of which a compiler can contract: a CPU and a GPU get the same
+/// bits.
+/// \param bound  the bound of the time step [s]
+template <scalar S>
+StepWithin<S> step_within(const TimeLeft<S>& left, const S& bound) {
+    const auto is_last = left.high <= bound;
+    const S step = select(is_last, left.high, bound);
+    const S rest = settled(left.high - step), taken = settled(left.high - rest);
+    const S low = settled(left.low + (taken - step)), high = settled(rest + low), added = settled(high - rest);
+    return {step, {select(is_last, S(0), high), select(is_last, S(0), low - added)}};
+}
+
+/// Returns a time [s] in two floats.
+inline TimeLeft<float> time_left(double time) {
+    const float high = float(time);
+    return {high, std::isfinite(high) ? float(time - double(high)) : 0};
+}
+
+/// Returns how far a velocity of 1 m/s moves matter in a step [cells]: dt / h.
+/// \param dt  time step [s];  \param cell_size  h [m]
+template <scalar S>
+FIRN_INLINE S cells_per_velocity(const S& dt, const S& cell_size) {
+    return dt / cell_size;
+}
+
+/// The time step of a pass, and how its displacements are rounded. A number of seconds is a TimeStep, too.
+struct TimeStep {
+    double dt;              ///< Time step [s].
+    bool in_float = false;  ///< Whether dt was chosen in float, as a WGSL program does. \see FixedPoint::float_steps
+
+    TimeStep(double seconds, bool was_in_float = false) : dt(seconds), in_float(was_in_float) {}  ///< Makes a step.
+    operator double() const { return dt; }  ///< Returns the time step [s].
+
+    /// Returns the displacement of particles with a velocity of 1 m/s [cells]. It is rounded once; or, if the step was
+    /// chosen in float, dt and h are rounded before they are divided.
+    template <std::floating_point S>
+    S cells_per_velocity(double cell_size) const {
+        if (std::same_as<S, float> && in_float) return S(firn::cells_per_velocity(float(dt), float(cell_size)));
+        return S(firn::cells_per_velocity(dt, cell_size));
+    }
+};
+
+namespace detail {
+/// Does the work of stable_time_step(). \param safety  \see time_step_safety
+template <scalar S>
+S step_of_signal(double safety, const S& cell_size, const S& largest_signal_speed) {
+    return S(safety) * cell_size / largest_signal_speed;
+}
+}  // namespace detail
+
 /// Returns the largest stable time step [s] for the signal speeds of the particles.
 /// \param cell_size             cell size h [m]
 /// \param largest_signal_speed  the largest signal speed of all particles [m/s]. \see signal_speed
 template <class Kernel, scalar S>
 S stable_time_step(const S& cell_size, const S& largest_signal_speed) {
-    return S(time_step_safety<Kernel>) * cell_size / largest_signal_speed;
+    return detail::step_of_signal(time_step_safety<Kernel>, cell_size, largest_signal_speed);
 }
 /// Returns the largest stable time step [s], as above, in double.
 template <class Kernel>
@@ -72,8 +141,9 @@ double stable_time_step(double cell_size, double largest_signal_speed) {
     return stable_time_step<Kernel, double>(cell_size, largest_signal_speed);
 }
 /// As stable_time_step(), for a kernel of which only the facts are known.
-inline double stable_time_step(const KernelFacts& kernel, double cell_size, double largest_signal_speed) {
-    return time_step_safety_of(kernel.courant_limit) * cell_size / largest_signal_speed;
+template <std::floating_point S>
+S stable_time_step(const KernelFacts& kernel, S cell_size, S largest_signal_speed) {
+    return detail::step_of_signal(time_step_safety_of(kernel.courant_limit), cell_size, largest_signal_speed);
 }
 
 /// Returns the largest time step [s] for an acceleration a [m/s²]: ¼ √(h/a), with the cell size h [m].
