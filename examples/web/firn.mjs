@@ -332,10 +332,10 @@ export class Simulation {
         }
     }
 
-    /** Reads the buffer "status", its words by name: `error` and `particle` are integers, the others 32-bit floats. */
+    /** Reads the buffer "status", its words by name: `error`, `particle` and `steps` are integers, the others floats. */
     async status() {
         const words = await this.readBuffer('status'), floats = new Float32Array(words.buffer);
-        const isWhole = (name) => name === 'error' || name === 'particle';
+        const isWhole = (name) => ['error', 'particle', 'steps'].includes(name);
         return Object.fromEntries(Object.entries(this.manifest.status).map(([name, i]) =>
             [name, isWhole(name) ? words[i] >>> 0 : floats[i]]));
     }

@@ -171,8 +171,9 @@ void add_p2g(Module& module) {
         });
 }
 
-/// Adds the functions stable_step and accelerated_step to the module: the largest time steps [s] for a signal speed and
-/// for an acceleration. \see stage/time_step.hpp
+/// Adds the functions of the time step to the module: stable_step and accelerated_step, the largest time steps [s] for
+/// a signal speed and for an acceleration; step_within, the step in the time left; and place_per_velocity_of, dt / h
+/// [s/m]. \see stage/time_step.hpp
 template <class Kernel>
 void add_time_step(Module& module) {
     using R = recorded;
@@ -180,6 +181,11 @@ void add_time_step(Module& module) {
                        [](const R& speed) { return stable_time_step<Kernel>(detail::cell_size(), speed); });
     module.function<R>("accelerated_step", "firn/stage/time_step.hpp: the largest time step for an acceleration",
                        {"acceleration"}, [](const R& a) { return acceleration_time_step(detail::cell_size(), a); });
+    module.function<TimeLeft<R>, R>("step_within", "firn/stage/time_step.hpp: the step in the time left",
+                                    {"left", "bound"},
+                                    [](const TimeLeft<R>& left, const R& bound) { return step_within(left, bound); });
+    module.function<R>("place_per_velocity_of", "firn/stage/time_step.hpp: cells per velocity", {"dt"},
+                       [](const R& dt) { return cells_per_velocity(dt, detail::cell_size()); });
 }
 
 /// Adds the functions of the grid update to the module: velocity_of_node, which returns a node's new velocity, and

@@ -19,9 +19,9 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
-// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 24 to 26 whether a
-// particle has left its block: in this step, in the last one, by shifting. Numbers are f32 bits: of positive ones the
-// order is the same.
+// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left, 23
+// steps taken, 24 to 26 whether a particle has left its block: in this step, in the last one, by shifting; 32 to 287 time
+// steps. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -35,8 +35,9 @@ fn leading_half(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) & 0xfffff00
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * ${GROUP}u + local;
 }
-/// After an error nothing is changed any more.
-fn stopped() -> bool { return atomicLoad(&status[0]) != 0u; }
+fn failed() -> bool { return atomicLoad(&status[0]) != 0u; }
+/// After an error nothing is changed any more, nor in a step of no time, which begin_step chooses when no time is left.
+fn stopped() -> bool { return failed() || (params.bound_time_step == 2u && atomicLoad(&status[9]) == 0u); }
 fn fail(error: u32, particle: u32) {
     atomicMax(&status[0], error);
     atomicMin(&status[1], particle);
@@ -60,7 +61,9 @@ inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
-/// WGSL text of the functions that choose the time step and read the chosen one.
+/// WGSL text of the functions that choose the time step and read the chosen one, and of the entry point begin_step. It
+/// is one invocation, which chooses the time step, resets those words of the buffer "status" that each step computes,
+/// and counts the step. All other entry points of the step run after it, so they agree on whether a step is taken.
 inline constexpr const char* time_step = R"(
 struct TimeStep {
     time_step: f32,          // [s]
@@ -69,17 +72,24 @@ struct TimeStep {
 var<private> chosen: TimeStep;
 
 fn bound_time_step(bound: f32) {
-    if (bound < chosen.time_step) { chosen = TimeStep(bound, bound / params.cell_size); }
+    if (bound < chosen.time_step) { chosen = TimeStep(bound, place_per_velocity_of(bound)); }
 }
-/// The given time step, or the bound if that is asked for and shorter. The signal speed is that after the last step, the
-/// acceleration that of the last step.
+/// The given time step, or the bound or the time left if that is asked for and shorter. The signal speed is that after
+/// the last step, the acceleration that of the last step.
 fn choose_time_step() {
     chosen = TimeStep(params.time_step, params.place_per_velocity);
-    let speed = bitcast<f32>(atomicLoad(&status[2]));
+    let speed = max(bitcast<f32>(atomicLoad(&status[2])), params.boundary_speed);
     let acceleration = bitcast<f32>(atomicLoad(&status[19]));
     if (params.bound_time_step != 0u) {
         if (speed > 0.0f) { bound_time_step(stable_step(speed)); }
         if (acceleration > 0.0f && is_finite(acceleration)) { bound_time_step(accelerated_step(acceleration)); }
+    }
+    if (params.bound_time_step == 2u) {
+        let left = TimeLeft(bitcast<f32>(atomicLoad(&status[21])), bitcast<f32>(atomicLoad(&status[22])));
+        let within = step_within(left, chosen.time_step);
+        bound_time_step(within.step);
+        atomicStore(&status[21], bitcast<u32>(within.left.high));
+        atomicStore(&status[22], bitcast<u32>(within.left.low));
     }
     atomicStore(&status[9], bitcast<u32>(chosen.time_step));
     atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));
@@ -87,6 +97,20 @@ fn choose_time_step() {
 }
 fn read_time_step() {
     chosen = TimeStep(bitcast<f32>(atomicLoad(&status[9])), bitcast<f32>(atomicLoad(&status[10])));
+}
+
+@compute @workgroup_size(1)
+fn begin_step() {
+    if (failed()) { return; }
+    choose_time_step();
+    if (stopped()) { return; } // what the last step has measured is for the step that comes when there is time again
+    let step = atomicAdd(&status[23], 1u);
+    atomicStore(&status[32u + step % 256u], bitcast<u32>(chosen.time_step));${CHOOSE_SHARE}
+    atomicStore(&status[1], 0xffffffffu); // no particle
+    for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
+    atomicStore(&status[19], 0u);
+    atomicStore(&status[25], atomicExchange(&status[24], 0u));
+    atomicStore(&status[26], 0u);
 }
 )";
 
@@ -98,23 +122,12 @@ fn see_acceleration(position: ${VEC}, velocity: ${VEC}) {
 }
 )";
 
-/// WGSL text of the entry point clear, which chooses the time step, sets the sums and the particle counts of all nodes
-/// to zero, and resets those words of the buffer "status" that each step computes.
+/// WGSL text of the entry point clear, which sets the sums and the particle counts of all nodes to zero.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (stopped()) { return; }
-    if (i == 0u) {
-        choose_time_step();${CHOOSE_SHARE}
-        atomicStore(&status[1], 0xffffffffu); // no particle
-        for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
-        atomicStore(&status[19], 0u);
-        atomicAdd(&status[23], 1u);
-        atomicStore(&status[25], atomicExchange(&status[24], 0u));
-        atomicStore(&status[26], 0u);
-    }
-    if (i >= node_count()) { return; }
+    if (i >= node_count() || stopped()) { return; }
     for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }${CLEAR_RATES}
     atomicStore(&counts[i], 0u);
 }

@@ -222,6 +222,16 @@ void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     }
 }
 
+/// The words of the buffer "status" from which on, and in how many of which, a program logs its time steps: step k, as
+/// the word "steps" counts, in word first_logged_step + k % logged_steps.
+/// @{
+inline constexpr int first_logged_step = 32, logged_steps = 256;
+/// @}
+/// The words of the buffer "status" that have the time left in two f32, and the number of steps taken.
+/// @{
+inline constexpr int time_left_word = 21, steps_word = 23;
+/// @}
+
 /// Adds the descriptions of all storage buffers to the program.
 /// \param table  descriptions of all fields of the particles
 inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
@@ -245,7 +255,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", 27);
+    add("status", "u32", status, "program", first_logged_step + logged_steps);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
@@ -320,6 +330,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("initialise", "particle", size, first);
     const bool sums_rates = facts.averages_volume || facts.filters_volume;
     const Bindings cleared{{nodes, true}, {counts, true}, {status, true}};
+    add("begin_step", "one_workgroup", 1, {{status, true}});
     add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
     add("sort", "particle", size, {{motion, true}, {status, true}});
     add("measure", "particle", size, with(particle, {{counts, true}}));

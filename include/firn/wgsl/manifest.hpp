@@ -60,7 +60,7 @@ inline const std::vector<std::string> passes_of_programs{"sort",        "filter 
 /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding them
 ///                directly to the grid. Both ways give the same bits.
 inline std::vector<std::string> entry_points_of(const Program& program, std::string_view pass, bool sorted = false) {
-    if (pass == "sort") return {"clear", "sort"};
+    if (pass == "sort") return {"begin_step", "clear", "sort"};
     if (pass == "filter volumes" && program.has("filter_volumes")) return detail::filtering_of(program);
     if (pass == "p2g" && sorted)
         return {"measure",      "measure_counts", "choose_scale",    "clear_blocks",
@@ -147,6 +147,8 @@ inline void write_status_words(Json& json, const Program& program) {
             json.field(name, word++);
     if (program.has("filter_volumes")) json.field("filter_share", word++);
     json.field("largest_acceleration", 19);
+    json.field("time_left", time_left_word).field("time_left_low", time_left_word + 1).field("steps", steps_word);
+    json.field("first_time_step", first_logged_step);
 }
 
 }  // namespace detail
@@ -159,8 +161,9 @@ inline void write_status_words(Json& json, const Program& program) {
 ///
 ///     time_step_safety, acceleration_safety  f and g: the bound of the time step is the smaller one of f h / (the
 ///                  largest signal speed of the particles) and g √(h / the largest acceleration), where h is the cell
-///                  size. If the uniform bound_time_step is 1, a step takes the bound if that is shorter than the
-///                  uniform time_step.
+///                  size; the uniform boundary_speed counts as a signal speed. If the uniform bound_time_step is 1,
+///                  a step takes the bound if that is shorter than the uniform time_step. If it is 2, a step takes
+///                  the time left if that is not longer; when no time is left, further steps change nothing.
 ///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
@@ -179,10 +182,13 @@ inline void write_status_words(Json& json, const Program& program) {
 ///     initialise   the entry points to run once, after the buffers were written
 ///     step         the entry points of a step, in the order to run them
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
-///     status       for each status word its index in the buffer "status". The words error and particle are of type
-///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
-///                  of all steps since the host set it to 0 [s]; largest_acceleration is that of the field
-///                  at the nodes of the last step [m/s²]. Only if there is an entry `volume`,
+///     status       for each status word its index in the buffer "status". The words error, particle and steps are of
+///                  type u32, the others of type f32. The word time_step is the step that was taken [s], and time the
+///                  sum of all steps since the host set it to 0 [s]; largest_acceleration is that of the field at the
+///                  nodes of the last step [m/s²]. The words time_left and time_left_low are the time left [s], as two
+///                  numbers whose sum it is, which the host sets for bound_time_step 2; steps is the number of steps
+///                  since the host set it to 0. The time step of step k of these [s], from k = 0, is in word
+///                  first_time_step + k % 256. Only if there is an entry `volume`,
 ///                  the name of a volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0
 ///                  and the rate of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing

@@ -38,7 +38,9 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("place_per_velocity", "f32", "s/m", "dt / h, rounded once", {0});
     uniforms.add("momentum_scale", "f32", "s/(kg m)", "quanta per momentum, a power of two; 0: chosen", {0});
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
-    uniforms.add("bound_time_step", "u32", "1", "1: no step is longer than the stable one", {0});
+    uniforms.add("bound_time_step", "u32", "1",
+                 "1: no step is longer than the stable one; 2: nor longer than the time left", {0});
+    uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
 }
 
 /// Sets the room between the walls of the program, and adds the uniforms of particle shifting.

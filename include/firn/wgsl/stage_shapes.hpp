@@ -7,6 +7,7 @@
 #include <firn/stage/g2p.hpp>
 #include <firn/stage/mirror.hpp>
 #include <firn/stage/p2g.hpp>
+#include <firn/stage/time_step.hpp>
 #include <firn/stage/volume_filter.hpp>
 #include <firn/wgsl/recorded.hpp>
 
@@ -127,6 +128,20 @@ auto struct_of(const NodeColumn<S, D>*) {
     return described("NodeColumn", member{"behind", &T::behind}, member{"on", &T::on}, member{"front", &T::front},
                      member{"mass_behind", &T::mass_behind}, member{"mass_on", &T::mass_on},
                      member{"mass_front", &T::mass_front});
+}
+
+/// The time that is left, in two numbers.
+template <class S>
+auto struct_of(const TimeLeft<S>*) {
+    using T = TimeLeft<S>;
+    return described("TimeLeft", member{"high", &T::high}, member{"low", &T::low});
+}
+
+/// A step and the time that is left after it.
+template <class S>
+auto struct_of(const StepWithin<S>*) {
+    using T = StepWithin<S>;
+    return described("StepWithin", member{"step", &T::step}, member{"left", &T::left});
 }
 
 template <class T>

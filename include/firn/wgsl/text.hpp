@@ -266,7 +266,7 @@ private:
     /// Returns the WGSL statement that stores the share of particle shifting; no text without shifting.
     std::string choose_shifted_share() const {
         if (!facts_.shifts_particles) return "";
-        return indented(2) +
+        return indented(1) +
                "atomicStore(&status[20], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
                "bitcast<f32>(atomicLoad(&status[2])))));";
     }
@@ -364,15 +364,15 @@ private:
             {"UPDATE", update()},
             {"TAKE", take()},
             {"CHOOSE_SHARE", facts_.filters_volume
-                                 ? indented(2) +
+                                 ? indented(1) +
                                        "atomicStore(&status[16], bitcast<u32>(share_of(chosen.place_per_velocity * "
                                        "bitcast<f32>(atomicLoad(&status[2])))));" +
-                                       indented(2) + "atomicAdd(&status[17], 1u);" + indented(2) +
+                                       indented(1) + "atomicAdd(&status[17], 1u);" + indented(1) +
                                        "atomicStore(&status[18], 0u);" + choose_shifted_share()
                                  : ""},
             {"NO_SHARE", facts_.shifts_particles ? "" : " || !(bitcast<f32>(atomicLoad(&status[16])) > 0.0f)"},
             {"CLEAR_LOADS",
-             sums_rates() ? indented(2) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }" : ""},
+             sums_rates() ? indented(1) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }" : ""},
             {"CLEAR_RATES",
              sums_rates() ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
                           : ""},
