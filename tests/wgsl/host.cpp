@@ -88,6 +88,103 @@ void mirrored_walls() {
                     moved);
 }
 
+/// advance() of the device and of the CPU, until a last step that is shortened.
+/// \param boundary_speed  of a collider far from matter [m/s];  \param first_step  the first step [s], if it is known
+template <int D>
+void advance_with_cpu(const std::string& what, double cell_size, const FixedCorotated<float>& material, double steps,
+                      bool sorted, double boundary_speed = 0, float first_step = 0) {
+    const std::string name = sentence("advance in ", D, "D, ", what, ": ");
+    Collider<Box<float, D>> wall{.shape = {Vec<float, D>::filled(0.05F)}, .contact = Contact::separate};
+    wall.position = Vec<double, D>::filled(0.85);
+    wall.position[0] = 0.2;
+    wall.linear_velocity[0] = boundary_speed;
+    scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>, QuadraticBSpline,
+                         Together<Walls<float, D>, Collider<Box<float, D>>>>
+        blocks({0.2, cell_size / 2, cell_size}, material, Together(scenes::rough_walls<D>(), wall));
+    auto& cpu = blocks.simulation;
+    auto& slower = cpu.edit_particles();  // so that no particle leaves the reach of its block
+    for (std::size_t slot = 0; slot < slower.slots(); ++slot)
+        if (slower.is_particle(slot)) slower.set_velocity(slot, slower.velocity(slot) * 0.1F);
+    cpu.partition();
+    cpu.warn = {};
+    webgpu::Simulation simulation(webgpu::Device(), blocks.program, blocks.inputs());
+    simulation.set("boundary_speed", {boundary_speed});
+    simulation.initialise();
+
+    cpu.fixed_time_step = 0;
+    cpu.execution.float_steps = true;
+    std::vector<float> dts;
+    cpu.add_pass("note", "sinks and sources", [&](auto&, const StepNow<float, D>& now) {
+        dts.push_back(float(now.dt));
+        if (double(dts.back()) != now.dt) throw usage_error("A step that was chosen in float is none.");
+    });
+    const auto ids = [&] {
+        std::vector<std::uint64_t> all;
+        for (std::size_t slot = 0; slot < cpu.particles().slots(); ++slot) all.push_back(cpu.particles().id(slot));
+        return all;
+    };
+    const auto sorted_ids = ids();
+    const double bound = cpu.stable_time_step();
+    for (const char* part : {"first, ", "then, "}) {
+        const double duration = ((part[0] == 'f' ? steps : 3) - 0.6) * bound;
+        const std::uint64_t before = cpu.steps();
+        dts.clear();
+        cpu.advance(duration);
+        const std::vector<float> taken = simulation.advance(duration, sorted);
+        check(ids() == sorted_ids, name + part + "the CPU has not sorted, so its order is that of the device");
+        check(double(dts.size()) > 0.9 * duration / bound && taken.size() == cpu.steps() - before &&
+                  dts.back() < 0.9F * dts.front(),
+              name + part + "the steps are counted, and the last is shortened",
+              sentence(taken.size(), " instead of ", dts.size(), "; last ", dts.back(), " s"));
+        check_same_bits(name + part + "time steps", taken, dts);
+        check(first_step == 0 || dts.front() == first_step, name + part + "what bounds the steps",
+              sentence("not ", first_step, " s, but ", dts.front(), " s"));
+        const webgpu::Status status = simulation.status();
+        check(status.time_left == 0 && status.steps == taken.size(), name + part + "the device has arrived");
+        blocks.simulation.fixed_time_step = 1;  // for the inputs, which have one
+        const wgsl::Inputs after = blocks.inputs();
+        blocks.simulation.fixed_time_step = 0;
+        for (const char* buffer : {"motion", "affine", "stress", "state"})
+            check_same_bits(name + part + buffer, simulation.read_buffer(buffer), numbers_of(after, buffer));
+    }
+    check(simulation.steps() == long(cpu.steps() - 10), name + "all steps are counted");
+}
+
+void advances() {
+    const auto stiff = FixedCorotated<float>::from_young_poisson(1e5, 0.3),
+               soft = FixedCorotated<float>::from_young_poisson(1, 0.3);
+    advance_with_cpu<2>("bounded by waves", 1.0 / 50, stiff, 32, false);
+    advance_with_cpu<3>("bounded by waves, sorted", 1.0 / 30, stiff, 30, true);
+    constexpr float h = 1.0F / 30;
+    advance_with_cpu<2>("bounded by gravity", 1.0 / 30, soft, 3, false, 0, acceleration_time_step(h, 9.81F));
+    advance_with_cpu<3>("bounded by a collider", 1.0 / 30, stiff, 8, false, 40,
+                        stable_time_step<QuadraticBSpline>(h, 40.0F));
+
+    const Blocks<2> blocks;
+    webgpu::Simulation one = blocks.on_device(), other = blocks.on_device();
+    one.initialise();
+    other.initialise();
+    check(one.advance(0).empty(), "an advance of 0 s takes no step");
+    one.step(3);
+    other.step(3);
+    check_same_bits("steps after an advance are of the time step that was set", one.read_buffer("motion"),
+                    other.read_buffer("motion"));
+    check_throws<parameter_error>("an advance backwards", {"-1 s"}, [&] { one.advance(-1); });
+    one.set("boundary_speed", {1e4});
+    const float dt = stable_time_step<QuadraticBSpline>(1.0F / 32, 1e4F);
+    const std::vector<float> many = one.advance(600.5 * double(dt));
+    double time = 0;
+    for (const float step : many) time += double(step);
+    check(many.size() == 601 && one.steps() == 3 + 601 && std::count(many.begin(), many.end(), dt) == 600 &&
+              many.back() < 0.6F * dt,
+          "more steps than the device's log holds", sentence(many.size(), " steps"));
+    check(std::abs(time - 600.5 * double(dt)) < 1e-7 * double(dt), "they sum up to the time that was asked for");
+    one.set("boundary_speed", {1e37});
+    check_throws<particle_error>("steps that do not change the time", {"bound of the time step"},
+                                 [&] { one.advance(1); });
+    check_throws<parameter_error>("a negative speed", {"-1 m/s"}, [&] { one.set("boundary_speed", {-1}); });
+}
+
 void many_steps_are_single_steps() {
     const Blocks<2> blocks;
     webgpu::Host together = blocks.on_device(), single = blocks.on_device();
@@ -291,6 +388,7 @@ int main() {
             compare_with_cpu<2>(sorted);
             compare_with_cpu<3>(sorted);
         }
+        advances();
         mirrored_walls();
         many_steps_are_single_steps();
         sorted_steps_sort();

@@ -6,6 +6,7 @@
 ///     host.initialise();
 ///     host.step(100);
 ///     host.check();
+///     host.advance(0.1);  // [s], in steps at their bound
 ///     const std::vector<float> velocities = host.read("velocity");  // [m/s]; x, y, z of each particle
 ///
 /// For the programs of a firn::Simulation there is on_gpu.hpp.
@@ -13,6 +14,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/stage/time_step.hpp>
 #include <firn/webgpu/pipeline.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/manifest.hpp>
@@ -20,6 +22,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <type_traits>
 
@@ -43,7 +46,8 @@ struct Status {
     float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
     float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
     float largest_acceleration;  ///< largest acceleration of the field at a node that limits the time step [m/s²]
-    std::uint32_t steps;         ///< number of steps since begin(), from the number that it was given
+    double time_left;            ///< time left of the last advance() [s]; 0 when it has arrived
+    std::uint32_t steps;         ///< number of steps since the last advance() or begin(), or since initialise()
     bool sort_needed;            ///< whether a particle has left the reach of its block, as G2PReport::sort_needed
 };
 
@@ -159,7 +163,6 @@ public:
     /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding
     ///                them directly to the grid. Both ways give the same bits.
     void step(int count = 1, bool sorted = false) {
-        constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string> order = wgsl::step_order_of(*program_, sorted);
         for (int done = 0; done < count;) {
             const int some = std::min(in_one_submission, count - done);
@@ -168,6 +171,48 @@ public:
             steps_ += some;
             if (done % between_checks == 0) check();
         }
+    }
+
+    /// Takes steps until `duration` [s] has passed: each is the bound of the time step, the last one is shortened. On a
+    /// device without contraction these are the steps that firn::Simulation::advance() takes with
+    /// FixedPoint<std::int32_t>{.float_steps = true}, to the bit. The uniforms "time_step" and "bound_time_step" count
+    /// for nothing here. The function waits until the steps are done, and throws what check() throws if one has failed.
+    ///
+    /// What the program does not know cannot bound its steps: set the uniform "boundary_speed" to the largest speed of
+    /// the boundary [m/s], as firn::largest_speed() returns it. A boundary that moves from place to place stays where
+    /// the uniforms put it; advance then by times in which it hardly moves.
+    /// \return  the time steps that were taken [s]
+    /// \throws parameter_error  if the duration is negative or not finite
+    /// \throws particle_error   if the bound is so small that steps do not change the time
+    std::vector<float> advance(double duration, bool sorted = false) {
+        if (!(duration >= 0) || !std::isfinite(float(duration)))
+            throw parameter_error(
+                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+        const std::vector<std::string> order = wgsl::step_order_of(*program_, sorted);
+        const BoundSteps bound_steps(*this);
+        write_time_left(time_left(duration));
+        std::vector<float> taken;
+        double time = 0;
+        for (int most = duration > 0 ? in_one_submission : 0; most > 0;) {
+            for (int begun = 0; begun < most; begun += in_one_submission) run(order, in_one_submission);
+            const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
+            const Status now = status_of(words);
+            const std::size_t before = taken.size();
+            while (taken.size() < now.steps) {
+                const std::size_t k = taken.size() % std::size_t{wgsl::detail::logged_steps};
+                taken.push_back(std::bit_cast<float>(words.at(std::size_t{wgsl::detail::first_logged_step} + k)));
+                if (!(time + double(taken.back()) > time)) throw_no_step(taken.back(), time);
+                time += double(taken.back());
+            }
+            steps_ += long(taken.size() - before);
+            check(now);
+            if (!(now.time_left > 0)) break;
+            if (taken.size() == before) throw_no_step(0, time);
+            // Steps after the last one do nothing, but take time: no more are begun than seem to be needed.
+            const double wanted = std::ceil(now.time_left / double(taken.back()) / in_one_submission);
+            most = int(std::clamp(wanted, 1.0, double(between_checks / in_one_submission))) * in_one_submission;
+        }
+        return taken;
     }
 
     /// Runs a sequence of entry points, given by their names, on the GPU. Runs the whole sequence `times` times. The
@@ -275,12 +320,7 @@ public:
     }
 
     /// Returns the status after the last step. Waits for all steps so far.
-    Status status() {
-        const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
-        const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
-        return {words.at(0), words.at(1), number(2), number(3),  number(4),    number(5),
-                number(6),   number(7),   number(8), number(19), words.at(23), words.at(24) != 0};
-    }
+    Status status() { return status_of(read_buffer<std::uint32_t>("status")); }
 
     /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,
     /// further steps change nothing until initialise() is called.
@@ -291,7 +331,70 @@ public:
     /// \throws device_error     if the program reports an error code that firn does not know
     Status check() {
         const Status now = status();
-        if (now.error == 0) return now;
+        check(now);
+        return now;
+    }
+
+private:
+    static constexpr int in_one_submission = 16, between_checks = 256;
+    static_assert(between_checks <= wgsl::detail::logged_steps, "the log holds all steps between two looks at it");
+
+    /// While it exists, steps are bounded, and within the time left; then the uniforms are as before.
+    class BoundSteps {
+    public:
+        explicit BoundSteps(Host& of) : of_(of), before_(of.uniforms_) {
+            of_.uniforms_.set("time_step", {double(std::numeric_limits<float>::max())});
+            of_.uniforms_.set("bound_time_step", {2});
+            of_.uniforms_changed_ = true;
+        }
+        ~BoundSteps() {
+            of_.uniforms_ = before_;
+            of_.uniforms_changed_ = true;
+        }
+        BoundSteps(const BoundSteps&) = delete;
+        BoundSteps& operator=(const BoundSteps&) = delete;
+
+    private:
+        Host& of_;
+        wgsl::Inputs before_;
+    };
+
+    static Status status_of(const std::vector<std::uint32_t>& words) {
+        const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
+        constexpr std::size_t left = wgsl::detail::time_left_word;
+        return {words.at(0),
+                words.at(1),
+                number(2),
+                number(3),
+                number(4),
+                number(5),
+                number(6),
+                number(7),
+                number(8),
+                number(19),
+                double(number(left)) + double(number(left + 1)),
+                words.at(wgsl::detail::steps_word),
+                words.at(24) != 0};
+    }
+
+    /// Sets the time left, and the number of steps to 0.
+    void write_time_left(const TimeLeft<float>& left) {
+        constexpr int first = wgsl::detail::time_left_word;
+        static_assert(wgsl::detail::steps_word == first + 2);
+        const std::uint32_t words[] = {std::bit_cast<std::uint32_t>(left.high), std::bit_cast<std::uint32_t>(left.low),
+                                       0};
+        device_.check();
+        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), 4 * first, words, sizeof words);
+    }
+
+    [[noreturn]] static void throw_no_step(float dt, double time) {
+        throw particle_error(sentence("The bound of the time step is ", dt, " s, ", time,
+                                      " s after the advance began: too small to change the time, and larger steps are "
+                                      "not stable."));
+    }
+
+    void check(const Status& now) const {
+        if (now.error == 0) return;
         if (now.error > wgsl::error_sentences.size())
             throw device_error(sentence("The program ", program_->name, " reports the unknown error ", now.error, "."));
         const std::string where = now.particle == no_particle ? "" : sentence("particle ", now.particle, ", ");
@@ -300,7 +403,6 @@ public:
         detail::throw_error(now.error, what);
     }
 
-private:
     void take_uniforms(const wgsl::Inputs& inputs) {
         wgsl::Inputs names = inputs;
         for (const wgsl::Uniform& u : program_->uniforms) names.set(u.name, u.values);
@@ -377,6 +479,8 @@ private:
                     sentence("The uniform ", name, " is of type ", uniform.type, "; it cannot be ", x, "."));
             if (name == "time_step" && !(x > 0))
                 throw parameter_error(sentence("The time step is ", x, " s; it must be positive."));
+            if (name == "boundary_speed" && !(x >= 0))
+                throw parameter_error(sentence("The speed of the boundary is ", x, " m/s; it cannot be negative."));
             if (scale && x != 0 && std::frexp(x, &exponent) != 0.5)
                 throw parameter_error(
                     sentence("The ", name, " is ", x, "; it must be a power of two, or 0 to be chosen."));
