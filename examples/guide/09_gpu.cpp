@@ -64,6 +64,8 @@ int main() {
     //! program of any other combination.
     //!
     //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step, as on the CPU.
+    //! `simulation.advance(duration)` takes such steps until the time has passed, on the GPU alone. They are those of the
+    //! CPU, to the bit, with `firn::FixedPoint<>{.float_steps = true}`.
     //!
     //! ![A snowball breaks on a wall in the browser: examples/web](../images/web.png)
     return program.code.size() > 1000 ? 0 : 1;
