@@ -351,6 +351,42 @@ void write_falling(const std::filesystem::path& root) {
     std::cout << "2d_falling: " << inputs.particles << " particles, " << time << " s\n";
 }
 
+/// An advance of the program by itself: its last step is shortened, and those that the host still begins do nothing.
+void write_arriving(const std::filesystem::path& root) {
+    scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks(
+        {0.2, 1.0 / 100, 1.0 / 50}, FixedCorotated<float>::from_young_poisson(1e5, 0.3));
+    auto& simulation = blocks.simulation;
+    wgsl::Inputs inputs = blocks.inputs();
+    simulation.fixed_time_step = 0;
+    simulation.execution.float_steps = true;
+    const double duration = 7.3 * simulation.stable_time_step();
+    const TimeLeft<float> left = time_left(duration);
+    std::vector<float> status(std::size_t(blocks.program.buffer("status").count));
+    status.at(wgsl::detail::time_left_word) = left.high;
+    status.at(wgsl::detail::time_left_word + 1) = left.low;
+    inputs.buffers.emplace_back("status", status);
+    inputs.set("time_step", {1});  // far too long
+    inputs.set("bound_time_step", {2});
+    Case files(root / "2d_arriving", blocks.program);
+    simulation.advance(duration);
+    const std::uint64_t steps = simulation.steps() - 10;
+    const std::vector<float> last{float(simulation.last_time_step())};
+    simulation.fixed_time_step = 1;  // for the inputs, which have one
+    std::vector<Expectation> expectations{
+        {"time", "step", int(steps), files.file("time", std::vector{float(duration)}), 1e-7},
+        {"time_step", "step", int(steps), files.file("time_step", last), 1e-7},
+        {"time_left", "step", int(steps), files.file("time_left", std::vector{0.0F}), 0},
+        {"steps", "step", int(steps) + 5, files.file("steps", std::vector{float(steps)}), 0}};
+    for (const auto& [buffer, numbers] : blocks.inputs().buffers)
+        if (buffer == "motion") {
+            expectations.push_back(
+                {buffer, "step", int(steps), files.file("motion_then", numbers), velocity_tolerance});
+            expectations.push_back({buffer, "step", int(steps) + 5, "motion_then.bin", velocity_tolerance});
+        }
+    write_case_file<2>(files, blocks.program, inputs, "step", int(steps) + 5, expectations);
+    std::cout << "2d_arriving: " << inputs.particles << " particles, " << steps << " steps\n";
+}
+
 /// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
 void write_page_case(const std::filesystem::path& root) {
     scenes::MovingBlocks<3, Apic, MlsForce, FixedCorotated<float>> blocks(
@@ -494,6 +530,7 @@ int main(int count, char** words) {
         write_case<2, Apic, MlsForce>(root, "2d_per_particle", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, varied);
         write_bounded(root);
         write_falling(root);
+        write_arriving(root);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);

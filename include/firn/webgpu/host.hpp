@@ -180,8 +180,8 @@ public:
     ///
     /// If nothing bounds a step, it takes all the time. What the program does not know cannot bound its steps: set the
     /// uniform "boundary_speed" to the largest speed of the boundary [m/s], as firn::largest_speed() returns it. A
-    /// boundary that moves from place to place stays where the uniforms put it; advance then by times in which it hardly
-    /// moves.
+    /// boundary that moves from place to place stays where the uniforms put it; advance then by times in which it
+    /// hardly moves.
     /// \return  the time steps that were taken [s]
     /// \throws parameter_error  if the duration is negative or not finite
     /// \throws particle_error   if the bound is so small that steps do not change the time
