@@ -90,17 +90,17 @@ void mirrored_walls() {
 
 /// advance() of the device and of the CPU, until a last step that is shortened.
 /// \param boundary_speed  of a collider far from matter [m/s];  \param first_step  the first step [s], if it is known
-template <int D>
+template <int D, class Volume = OwnVolume>
 void advance_with_cpu(const std::string& what, double cell_size, const FixedCorotated<float>& material, double steps,
-                      bool sorted, double boundary_speed = 0, float first_step = 0) {
+                      bool sorted, double boundary_speed = 0, float first_step = 0, const Volume& volume = {}) {
     const std::string name = sentence("advance in ", D, "D, ", what, ": ");
     Collider<Box<float, D>> wall{.shape = {Vec<float, D>::filled(0.05F)}, .contact = Contact::separate};
     wall.position = Vec<double, D>::filled(0.85);
     wall.position[0] = 0.2;
     wall.linear_velocity[0] = boundary_speed;
     scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>, QuadraticBSpline,
-                         Together<Walls<float, D>, Collider<Box<float, D>>>>
-        blocks({0.2, cell_size / 2, cell_size}, material, Together(scenes::rough_walls<D>(), wall));
+                         Together<Walls<float, D>, Collider<Box<float, D>>>, Volume>
+        blocks({0.2, cell_size / 2, cell_size}, material, Together(scenes::rough_walls<D>(), wall), volume);
     auto& cpu = blocks.simulation;
     auto& slower = cpu.edit_particles();  // so that no particle leaves the reach of its block
     for (std::size_t slot = 0; slot < slower.slots(); ++slot)
@@ -132,8 +132,8 @@ void advance_with_cpu(const std::string& what, double cell_size, const FixedCoro
         cpu.advance(duration);
         const std::vector<float> taken = simulation.advance(duration, sorted);
         check(ids() == sorted_ids, name + part + "the CPU has not sorted, so its order is that of the device");
-        check(double(dts.size()) > 0.9 * duration / bound && taken.size() == cpu.steps() - before &&
-                  dts.back() < 0.9F * dts.front(),
+        const bool shortened = dts.size() == 1 || dts.back() < 0.9F * *std::max_element(dts.begin(), dts.end());
+        check(double(dts.size()) > 0.4 * duration / bound && taken.size() == cpu.steps() - before && shortened,
               name + part + "the steps are counted, and the last is shortened",
               sentence(taken.size(), " instead of ", dts.size(), "; last ", dts.back(), " s"));
         check_same_bits(name + part + "time steps", taken, dts);
@@ -154,6 +154,7 @@ void advances() {
     const auto stiff = FixedCorotated<float>::from_young_poisson(1e5, 0.3),
                soft = FixedCorotated<float>::from_young_poisson(1, 0.3);
     advance_with_cpu<2>("bounded by waves", 1.0 / 50, stiff, 32, false);
+    advance_with_cpu<2>("with a filter of volumes", 1.0 / 50, stiff, 12, false, 0, 0, VolumeFilter{.every = 1});
     advance_with_cpu<3>("bounded by waves, sorted", 1.0 / 30, stiff, 30, true);
     constexpr float h = 1.0F / 30;
     advance_with_cpu<2>("bounded by gravity", 1.0 / 30, soft, 3, false, 0, acceleration_time_step(h, 9.81F));
