@@ -380,8 +380,8 @@ void write_arriving(const std::filesystem::path& root) {
     for (const auto& [buffer, numbers] : blocks.inputs().buffers)
         if (buffer == "motion") {
             expectations.push_back(
-                {buffer, "step", int(steps), files.file("motion_then", numbers), velocity_tolerance});
-            expectations.push_back({buffer, "step", int(steps) + 5, "motion_then.bin", velocity_tolerance});
+                {buffer, "step", int(steps), files.file("motion_then", numbers), 0});
+            expectations.push_back({buffer, "step", int(steps) + 5, "motion_then.bin", 0});
         }
     write_case_file<2>(files, blocks.program, inputs, "step", int(steps) + 5, expectations);
     std::cout << "2d_arriving: " << inputs.particles << " particles, " << steps << " steps\n";

@@ -107,7 +107,7 @@ void advance_with_cpu(const std::string& what, double cell_size, const FixedCoro
         if (slower.is_particle(slot)) slower.set_velocity(slot, slower.velocity(slot) * 0.1F);
     cpu.partition();
     cpu.warn = {};
-    webgpu::Simulation simulation(webgpu::Device(), blocks.program, blocks.inputs());
+    webgpu::Host simulation(webgpu::Device(), blocks.program, blocks.inputs());
     simulation.set("boundary_speed", {boundary_speed});
     simulation.initialise();
 
@@ -162,7 +162,7 @@ void advances() {
                         stable_time_step<QuadraticBSpline>(h, 40.0F));
 
     const Blocks<2> blocks;
-    webgpu::Simulation one = blocks.on_device(), other = blocks.on_device();
+    webgpu::Host one = blocks.on_device(), other = blocks.on_device();
     one.initialise();
     other.initialise();
     check(one.advance(0).empty(), "an advance of 0 s takes no step");

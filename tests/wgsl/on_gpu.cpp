@@ -50,7 +50,8 @@ void compare(const std::string& name, Simulation cpu, int steps, int parts = 2) 
     auto gpu = webgpu::on_gpu(cpu);
     check_same_run(name + ", before: ", cpu, gpu);
     for (int k = 0; k < parts; ++k) {
-        const double duration = (steps / parts - 0.5) * cpu.fixed_time_step;
+        const double step = cpu.fixed_time_step > 0 ? cpu.fixed_time_step : cpu.stable_time_step();
+        const double duration = (steps / parts - 0.5) * step;
         cpu.advance(duration);
         gpu.advance(duration);
     }
@@ -88,8 +89,17 @@ void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity)
                    1000, velocity);
 }
 
+/// The same in steps at their bound.
+template <class Simulation>
+Simulation bounded(Simulation simulation) {
+    simulation.fixed_time_step = 0;
+    simulation.execution.float_steps = true;
+    return simulation;
+}
+
 void runs_are_the_cpus() {
     compare("thrown", thrown(), 200, 3);
+    compare("thrown, in steps at their bound", bounded(thrown()), 60, 2);
     {
         auto snow = made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
                             scenes::mirrored_walls<2>(), FBar{});
@@ -101,7 +111,8 @@ void runs_are_the_cpus() {
                              VolumeFilter{.every = 3, .shifting = 20});
         water.most_steps_between_sorts = 7;
         add_block<2>(water, 1.0 / 70, {8, -6});
-        compare("water", std::move(water), 80);
+        compare("water", water, 80);
+        compare("water, in steps at their bound", bounded(std::move(water)), 40);
     }
     {
         using Varied = PerParticle<Sand<float>, "mu", "lambda">;
@@ -233,7 +244,7 @@ void what_is_refused() {
     refused(usage, "a sink", {"sinks"},
             [](auto& simulation) { simulation.add_sink({.lower = {0, 0}, .upper = {0.1, 0.1}}); });
     refused(usage, "reactions", {"reactions"}, [](auto& simulation) { simulation.reactions.emplace(); });
-    refused(parameter, "no fixed time step", {"set fixed_time_step"},
+    refused(parameter, "steps at their bound in double", {"execution.float_steps", "fixed_time_step"},
             [](auto& simulation) { simulation.fixed_time_step = 0; });
     Domain<2> ring;
     ring.cell_size = 1.0 / 48;

@@ -137,7 +137,7 @@ public:
         std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
         words.at(1) = no_particle;
         words.at(2) = std::bit_cast<std::uint32_t>(signal_speed);
-        words.at(17) = words.at(23) = std::uint32_t(steps);
+        words.at(17) = std::uint32_t(steps);  // a filter of volume ratios counts them
         words.at(24) = sort_needed;
         write_buffer("status", words);
     }
@@ -189,32 +189,81 @@ public:
         if (!(duration >= 0) || !std::isfinite(float(duration)))
             throw parameter_error(
                 sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
-        const std::vector<std::string> order = wgsl::step_order_of(*program_, sorted);
-        const BoundSteps bound_steps(*this);
-        write_time_left(time_left(duration));
+        Advance advance(*this, duration, sorted);
         std::vector<float> taken;
         double time = 0;
-        for (int most = duration > 0 ? in_one_submission : 0; most > 0;) {
-            for (int begun = 0; begun < most; begun += in_one_submission) run(order, in_one_submission);
-            const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
-            const Status now = status_of(words);
-            const std::size_t before = taken.size();
-            while (taken.size() < now.steps) {
-                const std::size_t k = taken.size() % std::size_t{wgsl::detail::logged_steps};
-                taken.push_back(std::bit_cast<float>(words.at(std::size_t{wgsl::detail::first_logged_step} + k)));
-                if (!(time + double(taken.back()) > time)) throw_no_step(taken.back(), time);
-                time += double(taken.back());
+        for (int most = in_one_submission; !advance.arrived();) {
+            const std::vector<float> steps = advance.take(most);
+            for (const float dt : steps) {
+                if (!(time + double(dt) > time)) throw_no_step(dt, time);
+                time += double(dt);
             }
-            steps_ += long(taken.size() - before);
-            check(now);
-            if (!(now.time_left > 0)) break;
-            if (taken.size() == before) throw_no_step(0, time);
-            // Steps after the last one do nothing, but take time: no more are begun than seem to be needed.
-            const double wanted = std::ceil(now.time_left / double(taken.back()) / in_one_submission);
-            most = int(std::clamp(wanted, 1.0, double(between_checks / in_one_submission))) * in_one_submission;
+            taken.insert(taken.end(), steps.begin(), steps.end());
+            check(advance.status());
+            if (steps.empty()) throw_no_step(0, time);
+            most = advance.wanted(steps.back());
         }
         return taken;
     }
+
+    /// Steps of a Host at their bound, within a time, which advance() takes. While it exists, the uniforms "time_step"
+    /// and "bound_time_step" are its own; other uniforms may be set between its steps, for a boundary that moves.
+    class Advance {
+    public:
+        /// \param duration  the time after which the program arrives [s], at least 0
+        /// \param sorted    whether P2G sorts the particles. \see step
+        Advance(Host& of, double duration, bool sorted = false)
+            : of_(of),
+              order_(wgsl::step_order_of(*of.program_, sorted)),
+              time_step_(of.value_of("time_step")),
+              bounded_(of.value_of("bound_time_step")) {
+            set({double(std::numeric_limits<float>::max())}, {2});
+            const TimeLeft<float> left = time_left(duration);
+            of_.write_time_left(left);
+            status_.time_left = double(left.high) + double(left.low);
+        }
+        /// Gives the uniforms their values back.
+        ~Advance() { set(time_step_, bounded_); }
+        Advance(const Advance&) = delete;
+        Advance& operator=(const Advance&) = delete;
+
+        /// Takes steps until the program arrives, at most `most`, from 1 to 256. Waits for them; look at status(),
+        /// then.
+        /// \return  the steps [s], with one that has failed
+        std::vector<float> take(int most) {
+            for (int begun = 0; begun < most; begun += in_one_submission)
+                of_.run(order_, std::min(most - begun, int{in_one_submission}));
+            const std::vector<std::uint32_t> words = of_.read_buffer<std::uint32_t>("status");
+            const std::uint32_t before = status_.steps;
+            status_ = status_of(words);
+            std::vector<float> steps;
+            for (std::uint32_t k = before; k < status_.steps; ++k)
+                steps.push_back(std::bit_cast<float>(
+                    words.at(std::size_t{wgsl::detail::first_logged_step} + k % wgsl::detail::logged_steps)));
+            of_.steps_ += long(steps.size());
+            return steps;
+        }
+        const Status& status() const { return status_; }           ///< Returns the status after the last step.
+        bool arrived() const { return !(status_.time_left > 0); }  ///< Returns whether no time is left.
+        /// Returns how many steps of so many seconds to take next: those past the end do nothing, but take time, so no
+        /// more than seem to be needed.
+        int wanted(float step) const {
+            const double submissions = std::ceil(status_.time_left / double(step) / in_one_submission);
+            return int(std::clamp(submissions, 1.0, double(between_checks / in_one_submission))) * in_one_submission;
+        }
+
+    private:
+        void set(const std::vector<double>& time_step, const std::vector<double>& bounded) {
+            of_.uniforms_.set("time_step", time_step);
+            of_.uniforms_.set("bound_time_step", bounded);
+            of_.uniforms_changed_ = true;
+        }
+
+        Host& of_;
+        std::vector<std::string> order_;
+        std::vector<double> time_step_, bounded_;  // the uniforms before
+        Status status_{};
+    };
 
     /// Runs a sequence of entry points, given by their names, on the GPU. Runs the whole sequence `times` times. The
     /// function returns before the GPU is done.
@@ -339,26 +388,6 @@ public:
 private:
     static constexpr int in_one_submission = 16, between_checks = 256;
     static_assert(between_checks <= wgsl::detail::logged_steps, "the log holds all steps between two looks at it");
-
-    /// While it exists, steps are bounded, and within the time left; then the uniforms are as before.
-    class BoundSteps {
-    public:
-        explicit BoundSteps(Host& of) : of_(of), before_(of.uniforms_) {
-            of_.uniforms_.set("time_step", {double(std::numeric_limits<float>::max())});
-            of_.uniforms_.set("bound_time_step", {2});
-            of_.uniforms_changed_ = true;
-        }
-        ~BoundSteps() {
-            of_.uniforms_ = before_;
-            of_.uniforms_changed_ = true;
-        }
-        BoundSteps(const BoundSteps&) = delete;
-        BoundSteps& operator=(const BoundSteps&) = delete;
-
-    private:
-        Host& of_;
-        wgsl::Inputs before_;
-    };
 
     static Status status_of(const std::vector<std::uint32_t>& words) {
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };

@@ -85,8 +85,10 @@ public:
         upload();
     }
 
-    /// Takes one step under gravity. The time step is Simulation::fixed_time_step.
-    /// \throws parameter_error  if the simulation has no fixed time step, or if a parameter of a policy is out of range
+    /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
+    /// \throws parameter_error  if a parameter of a policy is out of range, or if steps at their bound are not chosen
+    /// in
+    ///                          float, see FixedPoint::float_steps
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
     /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
     ///                                         particles are asked for
@@ -99,7 +101,7 @@ public:
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(
                 sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
-        take_steps(simulation_.time() + duration, std::numeric_limits<std::uint64_t>::max());
+        take_steps(duration, std::numeric_limits<std::uint64_t>::max());
         check();
     }
 
@@ -163,9 +165,10 @@ private:
         for (const Body& body : set().bodies)
             if (std::isfinite(body.end)) refuse("lifespans of bodies");
         if (simulation_.reactions) refuse("reactions of the boundary");
-        if (!(simulation_.fixed_time_step > 0))
+        if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
             throw parameter_error(
-                "On a GPU, steps have a fixed size: set fixed_time_step, for example to half of stable_time_step().");
+                "A GPU chooses time steps in float: set execution.float_steps, so that the CPU does so, too, or "
+                "fixed_time_step.");
     }
 
     /// Takes the simulation to the device.
@@ -189,51 +192,106 @@ private:
         host_->begin(simulation_.steps(), float(set().report.signal_speed), set().report.sort_needed);
         ids_.clear();
         for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) ids_.push_back(particles.id(slot));
-        settings_.clear();
+        boundary_.clear();
         moments_.clear();
+        time_step_ = 0;
+        counted_ = 0;
         is_edited_ = has_failed_ = is_ahead_ = false;
     }
 
-    void take_steps(double end, std::uint64_t last_step) {
+    /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
+    void take_steps(double duration, std::uint64_t last_step) {
         if (is_edited_) upload();
         if (has_failed_) simulation_.prepare();  // throws
         if (!is_ahead_) warn();
+        if (simulation_.fixed_time_step > 0)
+            take_fixed_steps(simulation_.time() + duration, last_step);
+        else
+            take_bounded_steps(duration, last_step);
+    }
+
+    void take_fixed_steps(double end, std::uint64_t last_step) {
         while (simulation_.time() < end && simulation_.steps() != last_step) {
-            const double left = end - simulation_.time(), dt = simulation_.fixed_time_step;
-            const bool is_last = left < dt * (1 + 1e-9);
-            take_step(is_last ? left : dt);
+            const double left = end - simulation_.time(), fixed = simulation_.fixed_time_step;
+            const bool is_last = left < fixed * (1 + 1e-9);
+            const double dt = is_last ? left : fixed;
+            simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
+            if (dt != time_step_ || has_moved() || sorts()) {
+                submit();
+                set_boundary();
+                host_->set("time_step", {time_step_ = dt});
+                if (sorts()) host_->sort_next();
+            }
+            ++waiting_;
+            move_on(dt);
             if (is_last) simulation_.now_.time = end;
             if (moments_.size() == steps_between_checks) check();
         }
     }
 
-    void take_step(double dt) {
-        simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
-        std::vector<double> settings{dt};
-        for_parameters(
-            simulation_.boundary,
-            [&](const std::string&, const char*, const auto& value) {
-                if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
-                    settings.push_back(double(value));
-                else
-                    settings.insert(settings.end(), std::begin(value.v), std::end(value.v));
-            },
-            "");
-        if (settings != settings_) {
-            submit();
-            host_->set("time_step", {dt});
-            host_->set_parameters(simulation_.boundary, "boundary");
-            settings_ = std::move(settings);
+    /// Takes steps at their bound, which the device chooses.
+    void take_bounded_steps(double duration, std::uint64_t last_step) {
+        constexpr double long_enough = 1e30;  // [s]
+        const double end = simulation_.time() + duration;
+        if (!(end > simulation_.time())) return;
+        check();
+        const std::uint64_t most_between_sorts = simulation_.most_steps_between_sorts;
+        typename Host::Advance advance(*host_, std::min(duration, long_enough));
+        for (float dt = 0; !advance.arrived() && simulation_.steps() != last_step;) {
+            set_boundary();
+            if (sorts()) host_->sort_next();
+            const std::uint64_t steps = simulation_.steps();
+            std::uint64_t most = std::min(last_step - steps, std::uint64_t(dt > 0 ? advance.wanted(dt) : 16));
+            if (most_between_sorts > 0) most = std::min(most, most_between_sorts - steps % most_between_sorts);
+            if (moves()) most = 1;
+            const std::vector<float> taken = advance.take(int(most));
+            for (const float step : taken) move_on(double(dt = step));
+            const Status& status = advance.status();
+            if (status.error == 0 && (taken.empty() || !(simulation_.time() > moments_.back().time)))
+                firn::detail::throw_no_step(dt, simulation_.time(), simulation_.steps(),
+                                            sentence("The fastest signal has ", status.signal_speed, " m/s."));
+            see(status, taken.size());
         }
-        const std::uint64_t steps = simulation_.steps(), most = simulation_.most_steps_between_sorts;
-        if (most > 0 && steps % most == 0) {
-            submit();
-            host_->sort_next();
-        }
+        counted_ = advance.status().steps;
+        time_step_ = 0;
+        if (advance.arrived()) simulation_.now_.time = end;
+    }
+
+    /// Returns whether the next step sorts by the number of steps. \see RunOf::most_steps_between_sorts
+    bool sorts() const {
+        const std::uint64_t most = simulation_.most_steps_between_sorts;
+        return most > 0 && simulation_.steps() % most == 0;
+    }
+    /// Returns the parameters of a boundary.
+    template <class Boundary>
+    static std::vector<double> parameters_of(const Boundary& boundary) {
+        std::vector<double> all;
+        for_parameters(boundary, [&](const std::string&, const char*, const auto& value) {
+            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+                all.push_back(double(value));
+            else
+                all.insert(all.end(), std::begin(value.v), std::end(value.v));
+        });
+        return all;
+    }
+    /// Returns whether the boundary is another one than that of the device.
+    bool has_moved() const { return parameters_of(simulation_.boundary) != boundary_; }
+    /// Returns whether steps move the boundary.
+    bool moves() const { return parameters_of(advanced(simulation_.boundary, 1.0)) != boundary_; }
+    /// Gives the boundary to the device.
+    void set_boundary() {
+        std::vector<double> present = parameters_of(simulation_.boundary);
+        if (present == boundary_) return;
+        boundary_ = std::move(present);
+        host_->set_parameters(simulation_.boundary, "boundary");
+        host_->set("boundary_speed",
+                   {firn::detail::speed_of_boundary<float>(simulation_.boundary, simulation_.domain())});
+    }
+    /// Moves time and boundary on by a step that the device takes.
+    void move_on(double dt) {
         moments_.push_back(simulation_.now_);
-        ++waiting_;
         is_ahead_ = true;
-        simulation_.now_ = {simulation_.time() + dt, steps + 1, dt};
+        simulation_.now_ = {simulation_.time() + dt, simulation_.steps() + 1, dt};
         simulation_.boundary = advanced(simulation_.boundary, dt);
     }
 
@@ -247,14 +305,19 @@ private:
         submit();
         if (moments_.empty()) return;
         const Status status = host_->status();
-        if (status.error != 0) fail(status);
+        const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
+        see(status, taken);
+    }
+    /// Takes note of the status after steps. \param taken  number of steps since the last look, with one that has
+    /// failed
+    void see(const Status& status, std::size_t taken) {
+        if (status.error != 0) fail(status, taken);
         set().report = {double(status.signal_speed), status.sort_needed};
         moments_.clear();
         const double dt = simulation_.fixed_time_step, bound = simulation_.find_bound(simulation_.gravity);
         if (!(dt > bound)) return;
-        const std::string text = simulation_.warnings_.of_step(
-            dt, bound, simulation_.bound_.is_of_acceleration(simulation_.domain().cell_size), simulation_.steps(),
-            bool(simulation_.warn));
+        const std::string text = simulation_.warnings_.of_step(dt, bound, simulation_.bound_.is_of_acceleration(),
+                                                               simulation_.steps(), bool(simulation_.warn));
         if (!text.empty()) simulation_.warn(text);
     }
 
@@ -273,11 +336,10 @@ private:
     }
 
     /// Throws the error that a step reports, with the step, the particle and the likely cause.
-    [[noreturn, gnu::cold]] void fail(const Status& status) {
+    [[noreturn, gnu::cold]] void fail(const Status& status, std::size_t taken) {
         const double bound = simulation_.find_bound(simulation_.gravity);
-        const std::size_t steps = std::min(std::size_t(status.steps - moments_[0].steps), moments_.size());
-        const Moment at = moments_[std::max<std::size_t>(steps, 1) - 1];
-        const double dt = steps < moments_.size() ? moments_[steps].last_time_step : simulation_.last_time_step();
+        const Moment at = moments_.at(std::max<std::size_t>(taken, 1) - 1);
+        const double dt = taken < moments_.size() ? moments_[taken].last_time_step : simulation_.last_time_step();
         std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
                                     " s on: ", wgsl::error_sentences.at(status.error - 1));
         if (status.particle < ids_.size()) text += " " + text_of_particle(status.particle);
@@ -330,7 +392,9 @@ private:
     wgsl::Program program_;
     std::optional<Host> host_;
     std::vector<std::uint32_t> ids_;  // of the particles, in their order on the device
-    std::vector<double> settings_;    // the time step and the parameters of the boundary that the device has
+    std::vector<double> boundary_;    // the parameters of the boundary that the device has
+    double time_step_ = 0;            // that the device has; 0: not known
+    std::uint32_t counted_ = 0;       // the device's number of steps at the last look at the status
     std::vector<Moment> moments_;     // before each step since the last look at the status
     int waiting_ = 0;                 // steps that were not yet given to the device
     bool is_edited_ = false, has_failed_ = false;
@@ -341,12 +405,13 @@ private:
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
 /// Simulations may have one material, PIC or APIC, any kernel, force form and boundary (with colliders that move), FBar
-/// or VolumeFilter, and a fixed time step. Their sums must be FixedPoint<std::int32_t>. The domain's grid is dense: the
-/// device has memory for all of its nodes. What a GPU cannot do is refused in a sentence.
+/// or VolumeFilter. Their sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see
+/// FixedPoint::float_steps. The domain's grid is dense: the device has memory for all of its nodes. What a GPU cannot
+/// do is refused in a sentence.
 /// \param device  the GPU
 /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
-/// \throws parameter_error  if the simulation has no fixed time step, if the domain is periodic, or if the device has
-///                          too little memory for the particles or the nodes
+/// \throws parameter_error  if steps are neither fixed nor chosen in float, if the domain is periodic, or if the device
+///                          has too little memory for the particles or the nodes
 /// \throws particle_error   if a particle is not finite or outside the domain, or too light for sums in integers
 /// \throws device_error     if there is no GPU, or if it refuses the program
 template <class Simulation>
