@@ -1,5 +1,35 @@
 //! # On a GPU
 //!
+//! A simulation goes to a GPU in one line. Its steps run there, and its states are those of the CPU:
+//!
+//! ```cpp
+//! #include <firn/webgpu/on_gpu.hpp>
+//!
+//! firn::Simulation simulation(domain, material, walls, firn::FixedPoint<>{.float_steps = true});
+//! simulation.add(firn::sample_box<3>({0.2, 0.1, 0.2}, {0.6, 0.5, 0.6}, {.spacing = 0.01}), 1000);
+//! auto gpu = firn::webgpu::on_gpu(simulation);             // a copy, on the first GPU that WebGPU finds
+//! gpu.advance(0.02);                                       // step() and advance(), as on the CPU
+//! firn::write_state("state.h5", firn::state_of(gpu));
+//! gpu.edit().gravity = {0, -1.62, 0};                      // a change: of policies, particles, or all by restore()
+//! gpu.advance(0.02);
+//! firn::Simulation back = gpu.simulation();                // a copy, to go on with on the CPU
+//! ```
+//!
+//! Link `firn::webgpu`, which needs a library with WebGPU's C interface (Dawn, wgpu-native).
+//! `examples/23_on_gpu.cpp` is a whole program.
+//!
+//! - The GPU adds up integers: give the simulation `firn::FixedPoint<std::int32_t>`, so that the CPU does the same. Steps
+//!   at their bound are chosen in float then (`float_steps`), or give a `fixed_time_step`.
+//! - Where the device rounds as IEEE 754 says, and the program is compiled with `-ffp-contract=off`, the run has the
+//!   CPU's bits, but for the sign of zeros. Software GPUs do so; a driver of NVIDIA's rounds otherwise.
+//! - There may be one material of any kind, PIC or APIC, any kernel and force form, walls and colliders that move, FBar or
+//!   VolumeFilter. Loads, forces between particles, sources, sinks, reactions, periodic axes, and passes of your own are
+//!   refused in a sentence. The grid is dense: the device has memory for all nodes of the domain.
+//! - Particles come back only where they are asked for: by `state_of`, `totals`, `simulation` or `edit`.
+//! - An error names the step, a particle and the likely cause, as on the CPU. It comes at the latest 256 steps later.
+//!
+//! ## The program
+//!
 //! firn writes a complete WGSL program from the same policies, without a change of their code. Your own material works,
 //! too. To write the program, firn calls the policies with a scalar that records its operations. So no formula is
 //! written twice.
@@ -30,7 +60,7 @@ int main() {
     //! `examples/web/firn.mjs` runs programs in a browser, in node or in Deno. `examples/web/run.sh` serves a web page
     //! that runs scenes.
     //!
-    //! In C++, firn::webgpu runs programs through any library with WebGPU's C interface (Dawn, wgpu-native):
+    //! In C++, a webgpu::Host runs a program, of which it knows nothing but the manifest:
     //!
     //! ```cpp
     //! #include <firn/webgpu/host.hpp>
@@ -38,10 +68,10 @@ int main() {
     //! const firn::webgpu::Device device;
     //! firn::webgpu::Host host(
     //!     device, program, firn::wgsl::make_inputs<3>(program, domain, cpu.particles(), 1e-4, device.limits()));
-    //! simulation.initialise();
-    //! simulation.step(100);
-    //! simulation.check();                                 // throws if a particle has left the domain, …
-    //! const auto velocity = simulation.read("velocity");  // m/s, three numbers for each particle
+    //! host.initialise();
+    //! host.step(100);
+    //! host.check();                                 // throws if a particle has left the domain, …
+    //! const auto velocity = host.read("velocity");  // m/s, three numbers for each particle
     //! ```
     //!
     //! ## What to know
@@ -64,7 +94,7 @@ int main() {
     //! program of any other combination.
     //!
     //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step, as on the CPU.
-    //! `simulation.advance(duration)` takes such steps until the time has passed, on the GPU alone. They are those of the
+    //! `host.advance(duration)` takes such steps until the time has passed, on the GPU alone. They are those of the
     //! CPU, to the bit, with `firn::FixedPoint<>{.float_steps = true}`.
     //!
     //! ![A snowball breaks on a wall in the browser: examples/web](../images/web.png)

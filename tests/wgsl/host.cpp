@@ -39,15 +39,9 @@ std::vector<std::string> until(const std::vector<std::string>& order, const std:
 
 /// Sums at the nodes and one step, with half of the time step that the inputs were made for.
 template <int D>
-void compare_with_cpu(bool sorted) {
+void compare_with_cpu(Blocks<D>& blocks, webgpu::Host& simulation, bool sorted) {
     const std::string name = sentence(D, "D", sorted ? ", sorted: " : ": ");
-    Blocks<D> blocks;
-    webgpu::Host simulation = blocks.on_device();
-    simulation.initialise();
-    if (D == 2) {
-        blocks.simulation.fixed_time_step = 0.5 * blocks.simulation.fixed_time_step;
-        simulation.set("time_step", {blocks.simulation.fixed_time_step});
-    }
+    const long steps_before = simulation.steps();
     simulation.run(until(wgsl::step_order_of(blocks.program, sorted), sorted ? "p2g_blocks" : "p2g"));
     check_same_bits(name + "integers at the nodes after P2G", simulation.read_buffer<std::int32_t>("nodes"),
                     scenes::node_sums<QuadraticBSpline, Apic, MlsForce>(blocks.simulation, blocks.inputs().nodes));
@@ -64,11 +58,21 @@ void compare_with_cpu(bool sorted) {
         for (std::size_t a = 0; a < std::size_t(D); ++a) velocities.push_back(motion[(2 * D + a) * count + i]);
     check_same_bits(name + "velocities, particle after particle", simulation.read("velocity"), velocities);
     const webgpu::Status status = simulation.check();
-    check(status.error == 0 && status.particle == webgpu::no_particle && simulation.steps() == 1 &&
+    check(status.error == 0 && status.particle == webgpu::no_particle && simulation.steps() == steps_before + 1 &&
               simulation.particles() == count,
           name + "no error, one step");
     check(status.signal_speed == float(blocks.simulation.report().signal_speed), name + "the fastest signal",
           sentence(status.signal_speed, " m/s instead of ", blocks.simulation.report().signal_speed));
+}
+
+template <int D>
+void compare_with_cpu() {
+    Blocks<D> blocks;
+    webgpu::Host simulation = blocks.on_device();  // a software GPU takes long to compile a program in 3D
+    simulation.initialise();
+    blocks.simulation.fixed_time_step = 0.5 * blocks.simulation.fixed_time_step;
+    simulation.set("time_step", {blocks.simulation.fixed_time_step});
+    for (const bool sorted : {false, true}) compare_with_cpu(blocks, simulation, sorted);
 }
 
 void mirrored_walls() {
@@ -155,10 +159,10 @@ void advances() {
                soft = FixedCorotated<float>::from_young_poisson(1, 0.3);
     advance_with_cpu<2>("bounded by waves", 1.0 / 50, stiff, 32, false);
     advance_with_cpu<2>("with a filter of volumes", 1.0 / 50, stiff, 12, false, 0, 0, VolumeFilter{.every = 1});
-    advance_with_cpu<3>("bounded by waves, sorted", 1.0 / 30, stiff, 30, true);
+    advance_with_cpu<2>("bounded by waves, sorted", 1.0 / 30, stiff, 30, true);
     constexpr float h = 1.0F / 30;
     advance_with_cpu<2>("bounded by gravity", 1.0 / 30, soft, 3, false, 0, acceleration_time_step(h, 9.81F));
-    advance_with_cpu<3>("bounded by a collider", 1.0 / 30, stiff, 8, false, 40,
+    advance_with_cpu<2>("bounded by a collider", 1.0 / 30, stiff, 8, false, 40,
                         stable_time_step<QuadraticBSpline>(h, 40.0F));
 
     const Blocks<2> blocks;
@@ -213,7 +217,7 @@ void sorted_steps_sort() {
 }
 
 void errors_of_a_step() {
-    const Blocks<3> blocks;
+    const Blocks<2> blocks;
     webgpu::Host simulation = blocks.on_device();
     simulation.initialise();
     const std::vector<float> before = simulation.read_buffer("motion");
@@ -385,10 +389,8 @@ void no_gpu() {
 int main() {
     try {
         std::cout << webgpu::Device().name() << '\n';
-        for (const bool sorted : {false, true}) {
-            compare_with_cpu<2>(sorted);
-            compare_with_cpu<3>(sorted);
-        }
+        compare_with_cpu<2>();
+        compare_with_cpu<3>();
         advances();
         mirrored_walls();
         many_steps_are_single_steps();

@@ -60,8 +60,8 @@ inline void check_step(double dt) {
 }
 }  // namespace detail
 
-/// The time that is left until a run arrives [s]: a number, and what rounding it has left out. So many steps can be taken
-/// off, and two floats hold 48 bits.
+/// The time that is left until a run arrives [s]: a number, and what rounding it has left out. Two floats hold 48 bits,
+/// so that the time is still exact enough after many steps.
 template <scalar S>
 struct TimeLeft {
     S high;  ///< the time left, rounded
@@ -78,8 +78,8 @@ struct StepWithin {
 /// Returns the step to take when so much time is left: the bound; or all that is left, rounded, if that is not longer.
 /// So no last step is left that is shorter than half of a unit in the last place of the step before it.
 ///
-/// There are only sums, differences and comparisons, none of which a compiler can contract: a CPU and a GPU get the same
-/// bits.
+/// There are only sums, differences and comparisons, none of which a compiler can contract: a CPU and a GPU get the
+/// same bits.
 /// \param bound  the bound of the time step [s]
 template <scalar S>
 StepWithin<S> step_within(const TimeLeft<S>& left, const S& bound) {
