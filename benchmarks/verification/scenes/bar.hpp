@@ -9,12 +9,12 @@
 
 namespace verification {
 
-template <class S, class Transfer, class Force, class Kernel>
+template <class S, class Transfer, class Force, class Kernel, class Execution = firn::Coloured>
 struct Bar {
     static constexpr double length = 25, height = 2, v0 = 0.1, beta = std::numbers::pi / (2 * length), period = 10,
                             amplitude = 2 / std::numbers::pi * v0;
 
-    firn::Simulation<2, firn::FixedCorotated<S>, Transfer, Force, Kernel> simulation;
+    firn::Simulation<2, firn::FixedCorotated<S>, Transfer, Force, Kernel, Execution> simulation;
 
     explicit Bar(double h, const Transfer& transfer = {}, int particles_a_cell_and_axis = 2)
         : simulation({{0.0, 0.0}, {30.0, height}, h}, firn::FixedCorotated<S>::from_young_poisson(100, 0)) {
