@@ -100,6 +100,12 @@ Simulation bounded(Simulation simulation) {
 void runs_are_the_cpus() {
     compare("thrown", thrown(), 200, 3);
     compare("thrown, in steps at their bound", bounded(thrown()), 60, 2);
+    auto hit = bounded(thrown());
+    std::get<1>(hit.boundary.parts).linear_velocity = {40, 0};
+    compare("a collider that bounds the steps", std::move(hit), 20, 1);
+    auto due = thrown();
+    while (!due.report().sort_needed) due.step();
+    compare("from where the next step sorts", std::move(due), 8, 1);
     {
         auto snow = made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
                             scenes::mirrored_walls<2>(), FBar{});
@@ -193,6 +199,8 @@ void errors_of_steps() {
               ours.find("times the bound") != std::string::npos,
           "one of the particles, and the cause", ours);
     check(gpu.moment() == cpu.moment(), "a run ends before the step that fails");
+    const auto& boundary = std::get<1>(gpu.edit().boundary.parts);
+    check(boundary.position == std::get<1>(cpu.boundary.parts).position, "and so does its boundary");
     for (int k = 0; k < 2; ++k)
         check_throws<particle_error>("after a step that failed", {"restore()"}, [&] { gpu.step(); });
     check_throws<particle_error>("a state after a step that failed", {"restore()"}, [&] { (void)state_of(gpu); });

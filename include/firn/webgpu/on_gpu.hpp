@@ -1,6 +1,6 @@
 /// \file Runs the steps of a Simulation on a GPU.
 ///
-///     firn::Simulation simulation(domain, material, walls, firn::FixedPoint<std::int32_t>{});
+///     firn::Simulation simulation(domain, material, walls, firn::FixedPoint<std::int32_t>{.float_steps = true});
 ///     simulation.add(…);
 ///     auto gpu = firn::webgpu::on_gpu(simulation);
 ///     gpu.advance(0.02);
@@ -10,6 +10,7 @@
 #include <firn/core/requirements.hpp>
 
 #include <firn/simulation.hpp>
+#include <firn/simulation/require_gpu.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/webgpu/host.hpp>
 #include <firn/wgsl/program.hpp>
@@ -25,23 +26,6 @@
 namespace firn::inline FIRN_BUILD::webgpu {
 
 namespace detail {
-
-/// Returns true. If a GPU cannot take the steps of such simulations, the compiler stops with a message.
-template <class Simulation>
-consteval bool require_gpu() {
-    using Execution = decltype(std::declval<Simulation&>().execution);
-    static_assert(std::same_as<typename Simulation::scalar_type, float>,
-                  "firn: a GPU computes with float: give the simulation a material of float.");
-    static_assert(std::same_as<Execution, FixedPoint<std::int32_t, Adding::atomic>> ||
-                      std::same_as<Execution, FixedPoint<std::int32_t, Adding::coloured>>,
-                  "firn: a GPU adds up integers of 32 bits: give the simulation firn::FixedPoint<std::int32_t>, which "
-                  "has the same bits on the CPU.");
-    static_assert(Simulation::material_count == 1,
-                  "firn: simulations of several materials do not yet run on a GPU: take their steps on the CPU.");
-    static_assert(!Simulation::has_contact_groups,
-                  "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");
-    return true;
-}
 
 /// Returns the partition of particles by the blocks from which their places are counted now. No place is counted anew,
 /// as sort_particles() does.
@@ -72,23 +56,25 @@ BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<
 /// copied to the CPU only for such a function.
 template <class Simulation>
 class OnGpu {
-    static_assert(detail::require_gpu<Simulation>());
+    static_assert(firn::detail::require_gpu<Simulation>());
     static constexpr int D = Simulation::dimension;
     using Kernel = typename Simulation::kernel_type;
     using Force = typename Simulation::force_type;
     using Transfer = decltype(std::declval<Simulation&>().transfer);
+    using Boundary = decltype(std::declval<Simulation&>().boundary);
     using Set = typename Simulation::template SetAt<0>;
 
 public:
     /// Takes a simulation to a GPU. \see on_gpu
-    OnGpu(Simulation simulation, const Device& device) : simulation_(std::move(simulation)), device_(device) {
+    OnGpu(Simulation simulation, const Device& device)
+        : simulation_(std::move(simulation)), device_(device), boundary_seen_(simulation_.boundary) {
         upload();
     }
 
     /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
-    /// \throws parameter_error  if a parameter of a policy is out of range, or if steps at their bound are not chosen
-    /// in
-    ///                          float, see FixedPoint::float_steps
+    /// \throws parameter_error  if a parameter of a policy is out of range, or if there is neither a fixed time step
+    /// nor
+    ///                          FixedPoint::float_steps
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
     /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
     ///                                         particles are asked for
@@ -193,6 +179,7 @@ private:
         ids_.clear();
         for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) ids_.push_back(particles.id(slot));
         boundary_.clear();
+        boundary_seen_ = simulation_.boundary;
         moments_.clear();
         time_step_ = 0;
         counted_ = 0;
@@ -225,8 +212,10 @@ private:
             ++waiting_;
             move_on(dt);
             if (is_last) simulation_.now_.time = end;
+            if (waiting_ == steps_in_one_submission) submit();
             if (moments_.size() == steps_between_checks) check();
         }
+        submit();
     }
 
     /// Takes steps at their bound, which the device chooses.
@@ -247,12 +236,12 @@ private:
             const std::vector<float> taken = advance.take(int(most));
             for (const float step : taken) move_on(double(dt = step));
             const Status& status = advance.status();
+            counted_ = status.steps;
             if (status.error == 0 && (taken.empty() || !(simulation_.time() > moments_.back().time)))
                 firn::detail::throw_no_step(dt, simulation_.time(), simulation_.steps(),
                                             sentence("The fastest signal has ", status.signal_speed, " m/s."));
             see(status, taken.size());
         }
-        counted_ = advance.status().steps;
         time_step_ = 0;
         if (advance.arrived()) simulation_.now_.time = end;
     }
@@ -263,7 +252,6 @@ private:
         return most > 0 && simulation_.steps() % most == 0;
     }
     /// Returns the parameters of a boundary.
-    template <class Boundary>
     static std::vector<double> parameters_of(const Boundary& boundary) {
         std::vector<double> all;
         for_parameters(boundary, [&](const std::string&, const char*, const auto& value) {
@@ -308,12 +296,13 @@ private:
         const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
         see(status, taken);
     }
-    /// Takes note of the status after steps. \param taken  number of steps since the last look, with one that has
-    /// failed
+    /// Takes note of the status after steps.
+    /// \param taken  number of steps since the last look, with one that has failed
     void see(const Status& status, std::size_t taken) {
         if (status.error != 0) fail(status, taken);
         set().report = {double(status.signal_speed), status.sort_needed};
         moments_.clear();
+        boundary_seen_ = simulation_.boundary;
         const double dt = simulation_.fixed_time_step, bound = simulation_.find_bound(simulation_.gravity);
         if (!(dt > bound)) return;
         const std::string text = simulation_.warnings_.of_step(dt, bound, simulation_.bound_.is_of_acceleration(),
@@ -338,13 +327,19 @@ private:
     /// Throws the error that a step reports, with the step, the particle and the likely cause.
     [[noreturn, gnu::cold]] void fail(const Status& status, std::size_t taken) {
         const double bound = simulation_.find_bound(simulation_.gravity);
-        const Moment at = moments_.at(std::max<std::size_t>(taken, 1) - 1);
-        const double dt = taken < moments_.size() ? moments_[taken].last_time_step : simulation_.last_time_step();
+        const std::size_t failed = std::max<std::size_t>(taken, 1) - 1;
+        const auto step_behind = [&](std::size_t k) {
+            return k + 1 < moments_.size() ? moments_[k + 1].last_time_step : simulation_.last_time_step();
+        };
+        const Moment at = moments_.at(failed);
+        const double dt = step_behind(failed);
         std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
                                     " s on: ", wgsl::error_sentences.at(status.error - 1));
         if (status.particle < ids_.size()) text += " " + text_of_particle(status.particle);
         text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
                 " The simulation can neither go on nor be written: restore() its last state.";
+        simulation_.boundary = boundary_seen_;
+        for (std::size_t k = 0; k < failed; ++k) simulation_.boundary = advanced(simulation_.boundary, step_behind(k));
         simulation_.now_ = at;
         simulation_.spoil();
         has_failed_ = true;
@@ -386,6 +381,7 @@ private:
     }
 
     static constexpr std::size_t steps_between_checks = 256;
+    static constexpr int steps_in_one_submission = 16;
 
     Simulation simulation_;
     Device device_;
@@ -396,6 +392,7 @@ private:
     double time_step_ = 0;            // that the device has; 0: not known
     std::uint32_t counted_ = 0;       // the device's number of steps at the last look at the status
     std::vector<Moment> moments_;     // before each step since the last look at the status
+    Boundary boundary_seen_;          // at the last look at the status
     int waiting_ = 0;                 // steps that were not yet given to the device
     bool is_edited_ = false, has_failed_ = false;
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
