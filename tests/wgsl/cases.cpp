@@ -379,8 +379,7 @@ void write_arriving(const std::filesystem::path& root) {
         {"steps", "step", int(steps) + 5, files.file("steps", std::vector{float(steps)}), 0}};
     for (const auto& [buffer, numbers] : blocks.inputs().buffers)
         if (buffer == "motion") {
-            expectations.push_back(
-                {buffer, "step", int(steps), files.file("motion_then", numbers), 0});
+            expectations.push_back({buffer, "step", int(steps), files.file("motion_then", numbers), 0});
             expectations.push_back({buffer, "step", int(steps) + 5, "motion_then.bin", 0});
         }
     write_case_file<2>(files, blocks.program, inputs, "step", int(steps) + 5, expectations);
