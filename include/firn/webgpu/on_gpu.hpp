@@ -254,11 +254,8 @@ private:
     /// Returns the parameters of a boundary.
     static std::vector<double> parameters_of(const Boundary& boundary) {
         std::vector<double> all;
-        for_parameters(boundary, [&](const std::string&, const char*, const auto& value) {
-            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
-                all.push_back(double(value));
-            else
-                all.insert(all.end(), std::begin(value.v), std::end(value.v));
+        wgsl::for_numbers_of(boundary, "boundary", [&](const std::string&, const std::vector<double>& numbers) {
+            all.insert(all.end(), numbers.begin(), numbers.end());
         });
         return all;
     }

@@ -67,6 +67,20 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
     inputs.set("place_per_velocity", {dt / cell_size});
 }
 
+/// Calls f(name, numbers) for each parameter of a policy: its name, and its components as doubles.
+template <class Policy, class F>
+void for_numbers_of(const Policy& policy, const std::string& prefix, const F& f) {
+    for_parameters(
+        policy,
+        [&](const std::string& name, const char*, const auto& value) {
+            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+                f(name, std::vector<double>{double(value)});
+            else
+                f(name, std::vector<double>{std::begin(value.v), std::end(value.v)});
+        },
+        prefix + "_");
+}
+
 /// Sets the uniforms of a policy (a material, a boundary or an acceleration field) to the policy's present parameters,
 /// for example after a boundary has moved.
 /// \param policy  the policy, of the type for which the program was made
@@ -74,15 +88,8 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
 /// \throws usage_error  if the program has no uniform for one of the policy's parameters
 template <class Policy>
 void set_parameters(Inputs& inputs, const Policy& policy, const std::string& prefix) {
-    for_parameters(
-        policy,
-        [&](const std::string& name, const char*, const auto& value) {
-            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
-                inputs.set(name, {double(value)});
-            else
-                inputs.set(name, {std::begin(value.v), std::end(value.v)});
-        },
-        prefix + "_");
+    for_numbers_of(policy, prefix,
+                   [&](const std::string& name, const std::vector<double>& numbers) { inputs.set(name, numbers); });
 }
 
 namespace detail {
