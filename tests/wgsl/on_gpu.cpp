@@ -13,10 +13,9 @@ using namespace firn;
 using namespace checks;
 using scenes::Integers;
 
-/// Compares all that two simulations have of their particles, and how far they are.
-template <class A, class B>
-void check_same_run(const std::string& name, A& a, B& b) {
-    const auto expected = firn::state_of(a), got = firn::state_of(b);
+/// Compares all that two states have.
+template <class State>
+void check_same_state(const std::string& name, const State& expected, const State& got) {
     check(got.time == expected.time && got.step == expected.step && got.last_time_step == expected.last_time_step,
           sentence(name, "step ", expected.step), sentence("step ", got.step, ", ", got.time, " s"));
     check(got.id == expected.id && got.body == expected.body, name + "ids and bodies");
@@ -30,6 +29,12 @@ void check_same_run(const std::string& name, A& a, B& b) {
         check_same_bits(name + got.fields[f].name, without_signed_zeros(got.fields[f].values),
                         without_signed_zeros(expected.fields[f].values));
     }
+}
+
+/// Compares all that two simulations have of their particles, and how far they are.
+template <class A, class B>
+void check_same_run(const std::string& name, A& a, B& b) {
+    check_same_state(name, firn::state_of(a), firn::state_of(b));
 }
 
 template <class Simulation>
@@ -132,6 +137,41 @@ void runs_are_the_cpus() {
         auto splash = made<3>(Fluid<float>{}, 1.0 / 20, 1e-4, scenes::rough_walls<3>());
         add_block<3>(splash, 1.0 / 30, {20, -40, 10});
         compare("splash", bounded(std::move(splash)), 60);
+    }
+}
+
+/// Water, sand, snow and jelly fall on each other, beside a ball that moves.
+void four_materials() {
+    using All = Materials<Fluid<float>, Sand<float>, Snow<float>, FixedCorotated<float>>;
+    const auto jelly = FixedCorotated<float>::from_young_poisson(5e4, 0.3);
+    Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
+    ball.position = {0.5, 0.12};
+    ball.linear_velocity = {0.3, 0.1};
+    auto made = ::made<2>(All({}, {}, {}, jelly), 1.0 / 40, 1e-4, Together(scenes::rough_walls<2>(), ball));
+    const auto add = [&](auto set, double x, double y, const Vec<double, 2>& velocity) {
+        set.add(sample_box<2>({x, y}, {x + 0.2, y + 0.2}, {.spacing = 1.0 / 80}), 1000, velocity);
+    };
+    add(made.set<Fluid<float>>(), 0.2, 0.25, {9, -3});
+    add(made.set<Sand<float>>(), 0.42, 0.25, {1, -4});
+    add(made.set<Snow<float>>(), 0.22, 0.48, {3, -8});
+    add(made.set<FixedCorotated<float>>(), 0.45, 0.5, {-2, -9});
+    for (const bool at_bound : {false, true}) {
+        auto cpu = at_bound ? bounded(made) : made;
+        auto gpu = webgpu::on_gpu(cpu);
+        const double duration = 99.5 * made.fixed_time_step;
+        for (int part = 0; part < 2; ++part) {
+            cpu.advance(duration);
+            gpu.advance(duration);
+        }
+        const std::string name = at_bound ? "four materials, in steps at their bound: " : "four materials: ";
+        check(cpu.steps() >= 100 && gpu.moment() == cpu.moment(), name + "steps are taken");
+        const auto compare = [&]<class M>(std::type_identity<M>) {
+            check_same_state(name + M::name + ", ", state_of(cpu.template set<M>()), gpu.template state_of_set<M>());
+        };
+        compare(std::type_identity<Fluid<float>>{});
+        compare(std::type_identity<Sand<float>>{});
+        compare(std::type_identity<Snow<float>>{});
+        compare(std::type_identity<FixedCorotated<float>>{});
     }
 }
 
@@ -283,6 +323,7 @@ void what_is_refused() {
 
 int main() {
     try {
+        four_materials();
         runs_are_the_cpus();
         from_one_to_the_other();
         errors_of_steps();

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <firn/loops/execution.hpp>
+#include <firn/volumetric/own_volume.hpp>
 
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 namespace firn::inline FIRN_BUILD::detail {
@@ -19,8 +21,11 @@ consteval bool require_gpu() {
                       std::same_as<Execution, FixedPoint<std::int32_t, Adding::coloured>>,
                   "firn: a GPU adds up integers of 32 bits: give the simulation firn::FixedPoint<std::int32_t>, which "
                   "has the same bits on the CPU.");
-    static_assert(Simulation::material_count == 1,
-                  "firn: simulations of several materials do not yet run on a GPU: take their steps on the CPU.");
+    using Volume = std::remove_cvref_t<decltype(std::declval<Simulation&>().volume)>;
+    static_assert(Simulation::material_count == 1 || std::same_as<Volume, OwnVolume>,
+                  "firn: several materials with FBar or VolumeFilter do not yet run on a GPU: take the steps on the "
+                  "CPU.");
+    static_assert(Simulation::material_count <= 8, "firn: at most 8 materials run on a GPU.");
     static_assert(!Simulation::has_contact_groups,
                   "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");
     return true;

@@ -16,6 +16,7 @@
 
 #include <firn/stage/time_step.hpp>
 #include <firn/webgpu/pipeline.hpp>
+#include <firn/webgpu/status.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/manifest.hpp>
 
@@ -27,29 +28,6 @@
 #include <type_traits>
 
 namespace firn::inline FIRN_BUILD::webgpu {
-
-/// The value of Status::particle that means "no particle": there is no error, or the error does not concern a single
-/// particle.
-inline constexpr std::uint32_t no_particle = 0xffffffff;
-
-/// The contents of the buffer "status": the error (if there is one), and the maxima and scales of the last step.
-struct Status {
-    std::uint32_t error;  ///< error code: 0 if there is no error, else wgsl::error_sentences[error − 1] is the message
-    std::uint32_t particle;  ///< lowest index of a particle that causes the error, or no_particle
-    float signal_speed;      ///< largest signal speed (speed plus wave speed) of a particle [m/s]
-    float largest_momentum,  ///< largest q of all particles [kg m/s]; a particle adds at most N q + |∇N| g to each
-                             ///< momentum component of a node with weight N [1] and weight gradient ∇N [1/cell]
-        largest_gradient;  ///< largest g of all particles [kg m/s]; g is the factor of |∇N| in the bound N q + |∇N| g,
-                           ///< which largest_momentum explains
-    float largest_mass;    ///< largest mass of a particle [kg]
-    float most_particles;  ///< largest number of particles with the same base node (first node that they touch)
-    float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
-    float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
-    float largest_acceleration;  ///< largest acceleration of the field at a node that limits the time step [m/s²]
-    double time_left;            ///< time left of the last advance() [s]; 0 when it has arrived
-    std::uint32_t steps;         ///< number of steps since the last advance() or begin(), or since initialise()
-    bool sort_needed;            ///< whether a particle has left the reach of its block, as G2PReport::sort_needed
-};
 
 namespace detail {
 
@@ -63,15 +41,6 @@ inline constexpr const char* wgsl_name<std::int32_t> = "i32";
 template <>
 inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
-/// Throws the error of a program with a text: an overflow_error, a particle_error or a parameter_error.
-/// \param error  the error code, see Status::error
-[[noreturn, gnu::cold]] inline void throw_error(std::uint32_t error, const std::string& text) {
-    constexpr std::uint32_t first_of_particles = 4;
-    if (error == wgsl::detail::mirror_error) throw parameter_error(text);
-    if (error < first_of_particles) throw overflow_error(text);
-    throw particle_error(text);
-}
-
 }  // namespace detail
 
 /// A compiled WGSL program and its buffers on a GPU, ready to take steps.
@@ -82,6 +51,9 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 /// an earlier command.
 class Host {
 public:
+    /// Entry points, each of a Host, in the order to run them.
+    using Sequence = std::vector<std::pair<Host*, std::string>>;
+
     /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
     /// initialise() before the first step.
     /// \param device   GPU on which to run
@@ -90,8 +62,11 @@ public:
     /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
     /// \throws device_error     if the device refuses the code (the message has the line), or if the device has not
     ///                          enough memory
-    /// \throws usage_error      if the inputs were made for a different program
-    Host(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
+    /// \param grid     another Host, for another set of particles on the same grid: the buffers of the grid are its,
+    /// and
+    ///                 must be of the same size
+    /// \throws usage_error      if the inputs were made for a different program, or for another grid
+    Host(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs, const Host* grid = nullptr)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
         take_uniforms(inputs);
         count_out(inputs);
@@ -99,13 +74,20 @@ public:
         constexpr WGPUBufferUsage storage = WGPUBufferUsage_Storage | WGPUBufferUsage_CopyDst | WGPUBufferUsage_CopySrc;
         buffers_[0] = detail::make_buffer(device_, "uniforms", program_->uniform_bytes,
                                           WGPUBufferUsage_Uniform | WGPUBufferUsage_CopyDst);
-        for (const wgsl::Buffer& b : program_->buffers)
-            buffers_[b.binding] =
-                detail::make_buffer(device_, b.name, std::max<std::uint64_t>(4, 4 * numbers(b)), storage);
+        if (grid && grid->nodes_ != nodes_) throw usage_error("Sets of particles on one grid have the same nodes.");
+        for (const wgsl::Buffer& b : program_->buffers) {
+            if (grid && b.per != "particle") {
+                wgpuBufferAddRef(grid->buffer(b.name));
+                buffers_[b.binding].reset(grid->buffer(b.name));
+            } else {
+                buffers_[b.binding] =
+                    detail::make_buffer(device_, b.name, std::max<std::uint64_t>(4, 4 * numbers(b)), storage);
+            }
+        }
         for (const wgsl::EntryPoint& e : program_->entry_points)
             kernels_[e.name] = detail::make_kernel(device_, *program_, module, e, buffers_, groups_of(e));
         for (const auto& [name, values] : inputs.buffers) write_buffer(name, values);
-        clear_error();
+        if (!grid) clear_error();
     }
 
     /// Returns the number of particles: the value of the uniform "particles". This value comes from the inputs or from
@@ -130,23 +112,27 @@ public:
         for (const auto& [name, values] : inputs.buffers) write_buffer(name, values);
     }
     /// Clears the error, for particles whose stress is known, in place of initialise().
-    /// \param steps         number of steps that the run has taken so far
-    /// \param signal_speed  largest signal speed of the particles [m/s]
-    /// \param sort_needed   whether a particle has left the reach of its block, as G2PReport::sort_needed
-    void begin(std::uint64_t steps, float signal_speed, bool sort_needed) {
+    /// \param steps  number of steps that the run has taken so far
+    /// \param sets   the report of each set of particles, in the order of the uniform "set_number"
+    void begin(std::uint64_t steps, const std::vector<G2PReport>& sets) {
         std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
         words.at(1) = no_particle;
-        words.at(2) = std::bit_cast<std::uint32_t>(signal_speed);
         words.at(17) = std::uint32_t(steps);  // a filter of volume ratios counts them
-        words.at(24) = sort_needed;
+        for (std::size_t k = 0; k < sets.size(); ++k) {
+            const std::size_t of_set = std::size_t{wgsl::detail::first_set_word} + k * wgsl::detail::words_of_set;
+            words.at(of_set) = sets[k].sort_needed;
+            words.at(of_set + 3) = std::bit_cast<std::uint32_t>(float(sets[k].signal_speed));
+            words.at(2) = std::max(words.at(2), words.at(of_set + 3));
+        }
         write_buffer("status", words);
     }
-    /// Lets the next step count the places of particles from the blocks in which they are, as the CPU does in steps
-    /// that sort.
-    void sort_next() {
+    /// Lets the next step count the places of a set of particles from the blocks in which they are, as the CPU does in
+    /// steps that sort.
+    void sort_next(std::size_t set) {
         device_.check();
         constexpr std::uint32_t sorts = 1;
-        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), 24 * sizeof sorts, &sorts, sizeof sorts);
+        const std::size_t word = std::size_t{wgsl::detail::first_set_word} + set * wgsl::detail::words_of_set;
+        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), word * sizeof sorts, &sorts, sizeof sorts);
     }
 
     /// Computes the stress [Pa] of each particle from the particle's state, and clears the error. Call initialise()
@@ -189,7 +175,7 @@ public:
         if (!(duration >= 0) || !std::isfinite(float(duration)))
             throw parameter_error(
                 sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
-        Advance advance(*this, duration, sorted);
+        Advance advance(sequence(wgsl::step_order_of(*program_, sorted)), duration);
         std::vector<float> taken;
         double time = 0;
         for (int most = in_one_submission; !advance.arrived();) {
@@ -210,20 +196,21 @@ public:
     /// and "bound_time_step" are its own; other uniforms may be set between its steps, for a boundary that moves.
     class Advance {
     public:
+        /// \param step      the entry points of a step, the first of which is "begin_step"
         /// \param duration  the time after which the program arrives [s], at least 0
-        /// \param sorted    whether P2G sorts the particles. \see step
-        Advance(Host& of, double duration, bool sorted = false)
-            : of_(of),
-              order_(wgsl::step_order_of(*of.program_, sorted)),
-              time_step_(of.value_of("time_step")),
-              bounded_(of.value_of("bound_time_step")) {
-            set({double(std::numeric_limits<float>::max())}, {2});
+        Advance(Sequence step, double duration) : step_(std::move(step)), first_(*step_.at(0).first) {
+            for (const auto& [host, _] : step_)
+                if (std::ranges::none_of(before_, [&](const Before& b) { return b.host == host; }))
+                    before_.push_back({host, host->value_of("time_step"), host->value_of("bound_time_step")});
+            for (const Before& b : before_) b.host->set_steps({double(std::numeric_limits<float>::max())}, {2});
             const TimeLeft<float> left = time_left(duration);
-            of_.write_time_left(left);
+            first_.write_time_left(left);
             status_.time_left = double(left.high) + double(left.low);
         }
         /// Gives the uniforms their values back.
-        ~Advance() { set(time_step_, bounded_); }
+        ~Advance() {
+            for (const Before& b : before_) b.host->set_steps(b.time_step, b.bounded);
+        }
         Advance(const Advance&) = delete;
         Advance& operator=(const Advance&) = delete;
 
@@ -232,15 +219,15 @@ public:
         /// \return  the steps [s], with one that has failed
         std::vector<float> take(int most) {
             for (int begun = 0; begun < most; begun += in_one_submission)
-                of_.run(order_, std::min(most - begun, int{in_one_submission}));
-            const std::vector<std::uint32_t> words = of_.read_buffer<std::uint32_t>("status");
+                run(step_, std::min(most - begun, int{in_one_submission}));
+            const std::vector<std::uint32_t> words = first_.read_buffer<std::uint32_t>("status");
             const std::uint32_t before = status_.steps;
-            status_ = status_of(words);
+            status_ = detail::status_of(words);
             std::vector<float> steps;
             for (std::uint32_t k = before; k < status_.steps; ++k)
                 steps.push_back(std::bit_cast<float>(
                     words.at(std::size_t{wgsl::detail::first_logged_step} + k % wgsl::detail::logged_steps)));
-            of_.steps_ += long(steps.size());
+            first_.steps_ += long(steps.size());
             return steps;
         }
         const Status& status() const { return status_; }           ///< Returns the status after the last step.
@@ -253,35 +240,41 @@ public:
         }
 
     private:
-        void set(const std::vector<double>& time_step, const std::vector<double>& bounded) {
-            of_.uniforms_.set("time_step", time_step);
-            of_.uniforms_.set("bound_time_step", bounded);
-            of_.uniforms_changed_ = true;
-        }
-
-        Host& of_;
-        std::vector<std::string> order_;
-        std::vector<double> time_step_, bounded_;  // the uniforms before
+        struct Before {
+            Host* host;
+            std::vector<double> time_step, bounded;  // its uniforms before
+        };
+        Sequence step_;
+        Host& first_;
+        std::vector<Before> before_;
         Status status_{};
     };
 
+    /// Returns a sequence of entry points of this Host, given by their names.
+    Sequence sequence(const std::vector<std::string>& entry_points) {
+        Sequence all;
+        for (const std::string& name : entry_points) all.emplace_back(this, name);
+        return all;
+    }
     /// Runs a sequence of entry points, given by their names, on the GPU. Runs the whole sequence `times` times. The
     /// function returns before the GPU is done.
     /// \throws usage_error  if one of the names is not the name of an entry point of the program
-    void run(const std::vector<std::string>& entry_points, int times = 1) {
-        device_.check();
+    void run(const std::vector<std::string>& entry_points, int times = 1) { run(sequence(entry_points), times); }
+    /// Runs a sequence of entry points of several Hosts of one device.
+    /// \throws usage_error  if one of the names is not the name of an entry point of its Host's program
+    static void run(const Sequence& sequence, int times = 1) {
+        if (sequence.empty()) return;
+        const Device& device = sequence.front().first->device_;
+        device.check();
         std::vector<const detail::Kernel*> kernels;
-        for (const std::string& name : entry_points) {
-            const auto found = kernels_.find(name);
-            if (found == kernels_.end())
-                throw usage_error("The program " + program_->name + " has no entry point " + name + ".");
+        for (const auto& [host, name] : sequence) {
+            const auto found = host->kernels_.find(name);
+            if (found == host->kernels_.end())
+                throw usage_error("The program " + host->program_->name + " has no entry point " + name + ".");
             kernels.push_back(&found->second);
+            host->send_uniforms();
         }
-        if (std::exchange(uniforms_changed_, false)) {
-            const std::vector<std::byte> bytes = uniforms_.uniform_bytes();
-            wgpuQueueWriteBuffer(device_.queue(), buffers_.at(0).get(), 0, bytes.data(), bytes.size());
-        }
-        const detail::OwnedEncoder encoder(wgpuDeviceCreateCommandEncoder(device_.handle(), nullptr));
+        const detail::OwnedEncoder encoder(wgpuDeviceCreateCommandEncoder(device.handle(), nullptr));
         const detail::OwnedPass pass(wgpuCommandEncoderBeginComputePass(encoder.get(), nullptr));
         for (int i = 0; i < times; ++i)
             for (const detail::Kernel* kernel : kernels) {
@@ -290,7 +283,7 @@ public:
                 wgpuComputePassEncoderDispatchWorkgroups(pass.get(), kernel->groups.x, kernel->groups.y, 1);
             }
         wgpuComputePassEncoderEnd(pass.get());
-        detail::submit(device_, encoder);
+        detail::submit(device, encoder);
     }
 
     /// Sets the value of a uniform for the steps that follow. The units of all uniforms are in wgsl::Program::uniforms.
@@ -370,7 +363,7 @@ public:
     }
 
     /// Returns the status after the last step. Waits for all steps so far.
-    Status status() { return status_of(read_buffer<std::uint32_t>("status")); }
+    Status status() { return detail::status_of(read_buffer<std::uint32_t>("status")); }
 
     /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,
     /// further steps change nothing until initialise() is called.
@@ -389,22 +382,15 @@ private:
     static constexpr int in_one_submission = 16, between_checks = 256;
     static_assert(between_checks <= wgsl::detail::logged_steps, "the log holds all steps between two looks at it");
 
-    static Status status_of(const std::vector<std::uint32_t>& words) {
-        const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
-        constexpr std::size_t left = wgsl::detail::time_left_word;
-        return {words.at(0),
-                words.at(1),
-                number(2),
-                number(3),
-                number(4),
-                number(5),
-                number(6),
-                number(7),
-                number(8),
-                number(19),
-                double(number(left)) + double(number(left + 1)),
-                words.at(wgsl::detail::steps_word),
-                words.at(24) != 0};
+    void set_steps(const std::vector<double>& time_step, const std::vector<double>& bounded) {
+        uniforms_.set("time_step", time_step);
+        uniforms_.set("bound_time_step", bounded);
+        uniforms_changed_ = true;
+    }
+    void send_uniforms() {
+        if (!std::exchange(uniforms_changed_, false)) return;
+        const std::vector<std::byte> bytes = uniforms_.uniform_bytes();
+        wgpuQueueWriteBuffer(device_.queue(), buffers_.at(0).get(), 0, bytes.data(), bytes.size());
     }
 
     /// Sets the time left, and the number of steps to 0.

@@ -18,7 +18,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,7 +62,6 @@ class OnGpu {
     using Force = typename Simulation::force_type;
     using Transfer = decltype(std::declval<Simulation&>().transfer);
     using Boundary = decltype(std::declval<Simulation&>().boundary);
-    using Set = typename Simulation::template SetAt<0>;
 
 public:
     /// Takes a simulation to a GPU. \see on_gpu
@@ -96,19 +95,18 @@ public:
     double last_time_step() const { return simulation_.last_time_step(); }  ///< Size of the last step [s].
     Moment moment() const { return simulation_.moment(); }                  ///< Time and number of steps so far.
     const Device& device() const { return device_; }                        ///< Returns the device.
-    const wgsl::Program& program() const { return program_; }  ///< Returns the program that takes the steps.
 
     /// Returns the bound of the time step [s] for the present particles. \see Simulation::stable_time_step
     double stable_time_step() {
         check();
         return simulation_.stable_time_step();
     }
-    /// Returns the report of the last G2P. \see SetAccess::report
+    /// Returns the report of the last G2P, of the only material. \see SetAccess::report
     const G2PReport& report() {
         check();
         return simulation_.report();
     }
-    /// Returns the totals of the particles: mass, momentum, energies. \see SetAccess::totals
+    /// Returns the totals of the particles of the only material: mass, momentum, energies. \see SetAccess::totals
     Totals<D> totals() { return simulation().totals(); }
 
     /// Returns the simulation on the CPU, with the present particles. A copy of it goes on without the GPU.
@@ -125,15 +123,28 @@ public:
         return simulation_;
     }
 
-    /// Returns the current state, or writes it to one that is given. \see firn::state_of
+    /// Returns the current state of the only material, or writes it to one that is given. \see firn::state_of
     template <class... State>
     auto state(State&... into) {
         bring_back();
         return state_of(simulation_, into...);
     }
+    /// Returns the current state of one of several materials, or writes it to one that is given: `gpu.state_of_set<
+    /// Snow<float>>()`.
+    template <class Material, class... State>
+    auto state_of_set(State&... into) {
+        bring_back();
+        return state_of(simulation_.template set<Material>(), into...);
+    }
 
 private:
-    Set& set() { return static_cast<Set&>(simulation_.sets_[0]); }
+    /// What the device has of a set of particles.
+    struct OnDevice {
+        wgsl::Program program;
+        std::unique_ptr<Host> host;
+        std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
+    };
+    Host& grid() { return *sets_[0].host; }  // which has the buffers of the grid
 
     /// Throws if the simulation has something that steps on the GPU do not do.
     void check_simulation() {
@@ -146,10 +157,12 @@ private:
             if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
                 refuse("the pass '" + pass.name + "' of this simulation");
         }
-        if (set().loads || set().forces) refuse("loads, or forces between particles");
-        if (!set().sources.empty() || !set().sinks.empty()) refuse("sources and sinks");
-        for (const Body& body : set().bodies)
-            if (std::isfinite(body.end)) refuse("lifespans of bodies");
+        for (const auto& set : simulation_.sets()) {
+            if (set.loads || set.forces) refuse("loads, or forces between particles");
+            if (!set.sources.empty() || !set.sinks.empty()) refuse("sources and sinks");
+            for (const Body& body : set.bodies)
+                if (std::isfinite(body.end)) refuse("lifespans of bodies");
+        }
         if (simulation_.reactions) refuse("reactions of the boundary");
         if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
             throw parameter_error(
@@ -161,29 +174,46 @@ private:
     void upload() {
         check_simulation();
         simulation_.prepare();
-        const auto& particles = set().particles;
-        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
-            set().material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)},
-            simulation_.volume, 64, simulation_.transfer);
-        const bool is_known = host_ && program.code == program_.code && ids_.size() == particles.size();
-        program_ = std::move(program);
-        wgsl::Inputs inputs = wgsl::make_inputs<D>(program_, simulation_.domain(), particles,
-                                                   simulation_.fixed_time_step, device_.limits());
-        inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
-        inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
-        if (is_known)
-            host_->take(inputs);
-        else
-            host_.emplace(device_, program_, inputs);
-        host_->begin(simulation_.steps(), float(set().report.signal_speed), set().report.sort_needed);
-        ids_.clear();
-        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) ids_.push_back(particles.id(slot));
+        sets_.resize(Simulation::material_count);
+        simulation_.for_materials([&](const auto& set, std::size_t k) { upload(set, k); });
+        step_.clear();
+        for (const std::string& name : wgsl::step_order_of(sets_[0].program))
+            for (const OnDevice& set : sets_)
+                if (&set == sets_.data() || set.program.entry_point(name).per == "particle")
+                    step_.emplace_back(set.host.get(), name);
+        std::vector<G2PReport> reports;
+        for (const auto& set : simulation_.sets()) reports.push_back(set.report);
+        grid().begin(simulation_.steps(), reports);
         boundary_.clear();
         boundary_seen_ = simulation_.boundary;
         moments_.clear();
         time_step_ = 0;
         counted_ = 0;
         is_edited_ = has_failed_ = is_ahead_ = false;
+    }
+
+    /// Takes set k of particles to the device.
+    template <class Set>
+    void upload(const Set& set, std::size_t k) {
+        OnDevice& there = sets_[k];
+        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
+            set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume,
+            64, simulation_.transfer);
+        const bool is_known =
+            there.host && program.code == there.program.code && there.ids.size() == set.particles.size();
+        there.program = std::move(program);
+        wgsl::Inputs inputs = wgsl::make_inputs<D>(there.program, simulation_.domain(), set.particles,
+                                                   simulation_.fixed_time_step, device_.limits());
+        inputs.set("set_number", {double(k)});
+        inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
+        inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
+        if (is_known)
+            there.host->take(inputs);
+        else
+            there.host = std::make_unique<Host>(device_, there.program, inputs, k > 0 ? &grid() : nullptr);
+        there.ids.clear();
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles))
+            there.ids.push_back(set.particles.id(slot));
     }
 
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
@@ -206,8 +236,8 @@ private:
             if (dt != time_step_ || has_moved() || sorts()) {
                 submit();
                 set_boundary();
-                host_->set("time_step", {time_step_ = dt});
-                if (sorts()) host_->sort_next();
+                grid().set("time_step", {time_step_ = dt});
+                sort_if_due();
             }
             ++waiting_;
             move_on(dt);
@@ -225,10 +255,10 @@ private:
         if (!(end > simulation_.time())) return;
         check();
         const std::uint64_t most_between_sorts = simulation_.most_steps_between_sorts;
-        typename Host::Advance advance(*host_, std::min(duration, long_enough));
+        typename Host::Advance advance(step_, std::min(duration, long_enough));
         for (float dt = 0; !advance.arrived() && simulation_.steps() != last_step;) {
             set_boundary();
-            if (sorts()) host_->sort_next();
+            sort_if_due();
             const std::uint64_t steps = simulation_.steps();
             std::uint64_t most = std::min(last_step - steps, std::uint64_t(dt > 0 ? advance.wanted(dt) : 16));
             if (most_between_sorts > 0) most = std::min(most, most_between_sorts - steps % most_between_sorts);
@@ -251,6 +281,9 @@ private:
         const std::uint64_t most = simulation_.most_steps_between_sorts;
         return most > 0 && simulation_.steps() % most == 0;
     }
+    void sort_if_due() {
+        for (std::size_t k = 0; k < sets_.size() && sorts(); ++k) grid().sort_next(k);
+    }
     /// Returns the parameters of a boundary.
     static std::vector<double> parameters_of(const Boundary& boundary) {
         std::vector<double> all;
@@ -268,8 +301,8 @@ private:
         std::vector<double> present = parameters_of(simulation_.boundary);
         if (present == boundary_) return;
         boundary_ = std::move(present);
-        host_->set_parameters(simulation_.boundary, "boundary");
-        host_->set("boundary_speed",
+        grid().set_parameters(simulation_.boundary, "boundary");
+        grid().set("boundary_speed",
                    {firn::detail::speed_of_boundary<float>(simulation_.boundary, simulation_.domain())});
     }
     /// Moves time and boundary on by a step that the device takes.
@@ -282,14 +315,14 @@ private:
 
     /// Gives the steps that wait to the device.
     void submit() {
-        if (waiting_ > 0) host_->step(std::exchange(waiting_, 0));
+        if (waiting_ > 0) Host::run(step_, std::exchange(waiting_, 0));
     }
 
     /// Waits for all steps, and takes note of what they report.
     void check() {
         submit();
         if (moments_.empty()) return;
-        const Status status = host_->status();
+        const Status status = grid().status();
         const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
         see(status, taken);
     }
@@ -297,7 +330,7 @@ private:
     /// \param taken  number of steps since the last look, with one that has failed
     void see(const Status& status, std::size_t taken) {
         if (status.error != 0) fail(status, taken);
-        set().report = {double(status.signal_speed), status.sort_needed};
+        for (std::size_t k = 0; k < sets_.size(); ++k) simulation_.sets_[k].report = status.sets.at(k);
         moments_.clear();
         boundary_seen_ = simulation_.boundary;
         const double dt = simulation_.fixed_time_step, bound = simulation_.find_bound(simulation_.gravity);
@@ -332,7 +365,7 @@ private:
         const double dt = step_behind(failed);
         std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
                                     " s on: ", wgsl::error_sentences.at(status.error - 1));
-        if (status.particle < ids_.size()) text += " " + text_of_particle(status.particle);
+        if (status.particle != no_particle) text += " " + text_of_particle(status.set, status.particle);
         text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
                 " The simulation can neither go on nor be written: restore() its last state.";
         simulation_.boundary = boundary_seen_;
@@ -343,9 +376,10 @@ private:
         moments_.clear();
         detail::throw_error(status.error, text);
     }
-    [[gnu::cold]] std::string text_of_particle(std::uint32_t i) {
+    [[gnu::cold]] std::string text_of_particle(std::size_t k, std::uint32_t i) {
+        OnDevice& set = sets_.at(k);
         const auto of_particle = [&](const char* component) {
-            const std::vector<float> all = host_->template read<float>(component);
+            const std::vector<float> all = set.host->template read<float>(component);
             Vec<double, D> value{};
             for (std::size_t a = 0; a < std::size_t(D); ++a) value[int(a)] = double(all[i * std::size_t(D) + a]);
             return value;
@@ -353,8 +387,10 @@ private:
         const Domain<D>& domain = simulation_.domain();
         const Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size,
                              v = of_particle("velocity");
-        return sentence("It is particle ", ids_[i], ", which was at ", firn::detail::point_text(x.v, D),
-                        " m with velocity ", firn::detail::point_text(v.v, D), " m/s.");
+        return sentence("It is particle ", set.ids.at(i),
+                        sets_.size() > 1 ? sentence(" of the material ", simulation_.sets_[k].name_of_material()) : "",
+                        ", which was at ", firn::detail::point_text(x.v, D), " m with velocity ",
+                        firn::detail::point_text(v.v, D), " m/s.");
     }
 
     /// Copies the particles back, if the device has taken steps since.
@@ -362,19 +398,25 @@ private:
         check();
         if (has_failed_) simulation_.prepare();  // throws
         if (!is_ahead_) return;
-        auto& particles = set().particles;
-        std::vector<std::size_t> slot_of(particles.next_id()), slots;
-        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
-        for (const std::uint32_t id : ids_) slots.push_back(slot_of[id]);
-        for (const char* name : {"motion", "affine", "stress", "state"})
-            for (const wgsl::Buffer& buffer : program_.buffers)
-                if (buffer.name == name)
-                    wgsl::put_numbers<D>(buffer, host_->template read_buffer<float>(name), slots, particles);
         const int threads = simulation_.workers();
-        set().partition = detail::partition_as_counted(simulation_.kernel(), particles, threads);
-        particles.reorder(set().partition, threads);
+        for (std::size_t k = 0; k < sets_.size(); ++k) {
+            auto& set = simulation_.sets_[k];
+            bring_back(sets_[k], set.store());
+            set.partition = detail::partition_as_counted(simulation_.kernel(), set.store(), threads);
+            set.store().reorder(set.partition, threads);
+        }
         simulation_.activate();
         is_ahead_ = false;
+    }
+
+    static void bring_back(OnDevice& there, ParticleStore<float, D>& particles) {
+        std::vector<std::size_t> slot_of(particles.next_id()), slots;
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
+        for (const std::uint32_t id : there.ids) slots.push_back(slot_of[id]);
+        for (const char* name : {"motion", "affine", "stress", "state"})
+            for (const wgsl::Buffer& buffer : there.program.buffers)
+                if (buffer.name == name)
+                    wgsl::put_numbers<D>(buffer, there.host->template read_buffer<float>(name), slots, particles);
     }
 
     static constexpr std::size_t steps_between_checks = 256;
@@ -382,15 +424,14 @@ private:
 
     Simulation simulation_;
     Device device_;
-    wgsl::Program program_;
-    std::optional<Host> host_;
-    std::vector<std::uint32_t> ids_;  // of the particles, in their order on the device
-    std::vector<double> boundary_;    // the parameters of the boundary that the device has
-    double time_step_ = 0;            // that the device has; 0: not known
-    std::uint32_t counted_ = 0;       // the device's number of steps at the last look at the status
-    std::vector<Moment> moments_;     // before each step since the last look at the status
-    Boundary boundary_seen_;          // at the last look at the status
-    int waiting_ = 0;                 // steps that were not yet given to the device
+    std::vector<OnDevice> sets_;    // the first one has the buffers of the grid
+    Host::Sequence step_;           // the entry points of a step
+    std::vector<double> boundary_;  // the parameters of the boundary that the device has
+    double time_step_ = 0;          // that the device has; 0: not known
+    std::uint32_t counted_ = 0;     // the device's number of steps at the last look at the status
+    std::vector<Moment> moments_;   // before each step since the last look at the status
+    Boundary boundary_seen_;        // at the last look at the status
+    int waiting_ = 0;               // steps that were not yet given to the device
     bool is_edited_ = false, has_failed_ = false;
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
 };

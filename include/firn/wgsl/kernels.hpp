@@ -20,8 +20,9 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
 // step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left, 23
-// steps taken, 24 to 26 whether a particle has left its block: in this step, in the last one, by shifting; 32 to 287 time
-// steps. Numbers are f32 bits: of positive ones the order is the same.
+// steps taken, 27 the set with the error, 32 to 287 time steps. Four words of each set of particles follow: whether a particle has left its block, in
+// this step, in the last one, and by shifting; and the set's largest signal speed. Numbers are f32 bits: of positive ones
+// the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -36,11 +37,14 @@ fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * ${GROUP}u + local;
 }
 fn failed() -> bool { return atomicLoad(&status[0]) != 0u; }
+/// The k-th status word of this set of particles.
+fn set_word(k: u32) -> u32 { return ${FIRST_SET_WORD}u + 4u * params.set_number + k; }
 /// After an error nothing is changed any more, nor in a step of no time, which begin_step chooses when no time is left.
 fn stopped() -> bool { return failed() || (params.bound_time_step == 2u && atomicLoad(&status[9]) == 0u); }
 fn fail(error: u32, particle: u32) {
     atomicMax(&status[0], error);
     atomicMin(&status[1], particle);
+    atomicStore(&status[27], params.set_number); // other sets do nothing then
 }
 fn node_count() -> u32 { return ${NODE_COUNT}; }
 fn node_index(at: ${IVEC}) -> u32 { return ${NODE_INDEX}; }
@@ -109,8 +113,11 @@ fn begin_step() {
     atomicStore(&status[1], 0xffffffffu); // no particle
     for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
     atomicStore(&status[19], 0u);
-    atomicStore(&status[25], atomicExchange(&status[24], 0u));
-    atomicStore(&status[26], 0u);
+    for (var at = ${FIRST_SET_WORD}u; at < ${END_OF_SETS}u; at += 4u) {
+        atomicStore(&status[at + 1u], atomicExchange(&status[at], 0u));
+        atomicStore(&status[at + 2u], 0u);
+        atomicStore(&status[at + 3u], 0u);
+    }
 }
 )";
 
@@ -139,7 +146,7 @@ inline constexpr const char* sort = R"(
 @compute @workgroup_size(${GROUP})
 fn ${NAME}(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (i >= params.particles || stopped() || atomicLoad(&status[${WORD}]) == 0u) { return; }
+    if (i >= params.particles || stopped() || atomicLoad(&status[set_word(${WORD}u)]) == 0u) { return; }
     let place = load_place(i);
     let shift = 4.0f * floor(0.25f * base_node_of(place));
     store_place(i, place - shift);
@@ -414,6 +421,10 @@ fn ${NAME}(${INVOCATION}) {
 /// WGSL text of two entry points: g2p, which updates and moves the particles, and initialise, which computes the stress
 /// of the particles before the first step.
 inline constexpr const char* g2p = R"(
+fn see_speed(speed: u32) {
+    atomicMax(&status[2], speed);
+    atomicMax(&status[set_word(3u)], speed);
+}
 fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 
 fn gather(first: ${IVEC}, f: ${VEC}) -> Sums${D} {
@@ -443,14 +454,14 @@ fn g2p(${INVOCATION}) {
             store_velocity(i, taken.velocity);
             ${STORE_AFFINE}
             store_place(i, moved.position);
-            if (has_left_block(moved.position)) { atomicStore(&status[24], 1u); }
+            if (has_left_block(moved.position)) { atomicStore(&status[set_word(0u)], 1u); }
             atomicMax(&fastest, bitcast<u32>(speed));
         } else {
             fail(select(4u, 5u, is_finite(${STRESS_SUM} + speed)), i);
         }
     }
     workgroupBarrier();
-    if (local == 0u) { atomicMax(&status[2], atomicLoad(&fastest)); }
+    if (local == 0u) { see_speed(atomicLoad(&fastest)); }
 }
 
 /// Once, after particles were written: the stress of their state.
@@ -466,7 +477,7 @@ fn initialise(${INVOCATION}) {
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }
     workgroupBarrier();
-    if (local == 0u) { atomicMax(&status[2], atomicLoad(&fastest)); }
+    if (local == 0u) { see_speed(atomicLoad(&fastest)); }
 }
 )";
 

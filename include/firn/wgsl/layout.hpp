@@ -109,6 +109,13 @@ struct Program {
             if (b.name == of_name) return b;
         throw usage_error("The program " + name + " has no buffer " + of_name + ".");
     }
+    /// Returns the entry point of a given name.
+    /// \throws usage_error  if the program has no such entry point
+    const EntryPoint& entry_point(const std::string& of_name) const {
+        for (const EntryPoint& e : entry_points)
+            if (e.name == of_name) return e;
+        throw usage_error("The program " + name + " has no entry point " + of_name + ".");
+    }
     /// Returns whether the program has an entry point of a given name.
     bool has(const std::string& entry_point) const {
         return std::any_of(entry_points.begin(), entry_points.end(),
@@ -227,6 +234,11 @@ void for_fields_in(int buffer, const FieldTable& table, const F& f) {
 /// @{
 inline constexpr int first_logged_step = 32, logged_steps = 256;
 /// @}
+/// The words of the buffer "status" from which on there are some for each set of particles: whether a particle has left
+/// the reach of its block in this step, in the last one, and by shifting; and the largest signal speed of the set.
+/// @{
+inline constexpr int first_set_word = first_logged_step + logged_steps, words_of_set = 4, most_sets = 8;
+/// @}
 /// The words of the buffer "status" that have the time left in two f32, and the number of steps taken.
 /// @{
 inline constexpr int time_left_word = 21, steps_word = 23;
@@ -255,7 +267,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", first_logged_step + logged_steps);
+    add("status", "u32", status, "program", first_set_word + most_sets * words_of_set);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);

@@ -40,6 +40,7 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
     uniforms.add("bound_time_step", "u32", "1",
                  "1: no step is longer than the stable one; 2: nor longer than the time left", {0});
+    uniforms.add("set_number", "u32", "1", "number of this set of particles, of those on one grid", {0});
     uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
 }
 

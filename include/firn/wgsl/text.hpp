@@ -87,7 +87,7 @@ public:
     }
     std::string entry_points(const Program& program) const {
         return filled(text::time_step) + filled(text::acceleration) + filled(text::clear) +
-               filled(text::sort, {{"NAME", "sort"}, {"WORD", "25"}}) + filled(text::measure) +
+               filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
                mirrors(program) + volume(program) +
@@ -255,7 +255,7 @@ private:
             return "room_along(node." + axis(a) + ", params.room_lower." + axis(a) + ", params.room_upper." + axis(a) +
                    ")";
         };
-        return text + filled(text::sort, {{"NAME", "sort_shifted"}, {"WORD", "26"}}) +
+        return text + filled(text::sort, {{"NAME", "sort_shifted"}, {"WORD", "2"}}) +
                filled(
                    text::shift,
                    {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
@@ -333,6 +333,8 @@ private:
             {"INVOCATION",
              "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "
              "@builtin(local_invocation_index) local: u32"},
+            {"FIRST_SET_WORD", std::to_string(first_set_word)},
+            {"END_OF_SETS", std::to_string(first_set_word + most_sets * words_of_set)},
             {"NODE_COUNT", listed(D, nodes_along, " * ")},
             {"NODE_INDEX", "u32(" + flat("at", signed_nodes_along) + ")"},
             {"NODE_AT", entry_at("i", vec("u32"), nodes_along)},

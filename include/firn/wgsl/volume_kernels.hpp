@@ -234,7 +234,7 @@ fn shift_particles(${INVOCATION}) {
     let sums = gather_quads(nodes_from(base + corner), place - base);
     let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[20])));
     store_place(i, moved);
-    if (has_left_block(moved)) { atomicStore(&status[26], 1u); }
+    if (has_left_block(moved)) { atomicStore(&status[set_word(2u)], 1u); }
 }
 )";
 
