@@ -22,9 +22,10 @@
 //!   at their bound are chosen in float then (`float_steps`), or give a `fixed_time_step`.
 //! - Where the device rounds as IEEE 754 says, and the program is compiled with `-ffp-contract=off`, the run has the
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so; a driver of NVIDIA's rounds otherwise.
-//! - There may be one material of any kind, PIC or APIC, any kernel and force form, walls and colliders that move, FBar or
-//!   VolumeFilter. Loads, forces between particles, sources, sinks, reactions, periodic axes, and passes of your own are
-//!   refused in a sentence. The grid is dense: the device has memory for all nodes of the domain.
+//! - There may be up to eight materials of any kind, PIC or APIC, any kernel and force form, walls and colliders that
+//!   move; with one material also FBar or VolumeFilter. Loads, forces between particles, sources, sinks, reactions,
+//!   periodic axes, and passes of your own are refused in a sentence. The grid is dense: the device has memory for all
+//!   nodes of the domain. The state of one of several materials is `gpu.state_of_set<firn::Snow<float>>()`.
 //! - Particles come back only where they are asked for: by `state_of`, `totals`, `simulation` or `edit`.
 //! - An error names the step, a particle and the likely cause, as on the CPU. It comes at the latest 256 steps later.
 //!
@@ -82,8 +83,8 @@ int main() {
     //!   `status`.
     //! - WebGPU's default limits (eight storage buffers a stage, 128 MiB a buffer) allow 3.7 million particles in 3D
     //!   and a grid of up to 200³ nodes. With a device of higher limits, both may be larger.
-    //! - Programs support one material, PIC and APIC, float and a dense grid. They do not support periodic axes, or
-    //!   meshes as boundaries.
+    //! - Programs support PIC and APIC, float and a dense grid. They do not support periodic axes, or meshes as
+    //!   boundaries. Each has one material; programs of several share the buffers of the grid.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.

@@ -207,6 +207,8 @@ private:
         inputs.set("set_number", {double(k)});
         inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
         inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
+        if (!is_known && k == 0)
+            for (OnDevice& other : sets_) other.host.reset();  // which have the grid of this one
         if (is_known)
             there.host->take(inputs);
         else
@@ -439,10 +441,10 @@ private:
 /// Takes a copy of a simulation to a GPU, which goes on with its steps. States of the GPU's run are written and read as
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
-/// Simulations may have one material, PIC or APIC, any kernel, force form and boundary (with colliders that move), FBar
-/// or VolumeFilter. Their sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see
-/// FixedPoint::float_steps. The domain's grid is dense: the device has memory for all of its nodes. What a GPU cannot
-/// do is refused in a sentence.
+/// Simulations may have up to eight materials, PIC or APIC, any kernel, force form and boundary (with colliders that
+/// move); with one material also FBar or VolumeFilter. Their sums must be FixedPoint<std::int32_t>, and their steps
+/// fixed or chosen in float, see FixedPoint::float_steps. The domain's grid is dense: the device has memory for all of
+/// its nodes. What a GPU cannot do is refused in a sentence.
 /// \param device  the GPU
 /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
 /// \throws parameter_error  if steps are neither fixed nor chosen in float, if the domain is periodic, or if the device
