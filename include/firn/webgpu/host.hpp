@@ -62,9 +62,8 @@ public:
     /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
     /// \throws device_error     if the device refuses the code (the message has the line), or if the device has not
     ///                          enough memory
-    /// \param grid     another Host, for another set of particles on the same grid: the buffers of the grid are its,
-    /// and
-    ///                 must be of the same size
+    /// \param grid     another Host, for another set of particles on a grid of the same nodes: its buffers of the grid
+    ///                 are used
     /// \throws usage_error      if the inputs were made for a different program, or for another grid
     Host(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs, const Host* grid = nullptr)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
