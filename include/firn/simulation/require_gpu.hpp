@@ -3,6 +3,7 @@
 
 #include <firn/loops/execution.hpp>
 #include <firn/volumetric/own_volume.hpp>
+#include <firn/wgsl/layout.hpp>
 
 #include <concepts>
 #include <cstdint>
@@ -25,7 +26,7 @@ consteval bool require_gpu() {
     static_assert(Simulation::material_count == 1 || std::same_as<Volume, OwnVolume>,
                   "firn: several materials with FBar or VolumeFilter do not yet run on a GPU: take the steps on the "
                   "CPU.");
-    static_assert(Simulation::material_count <= 8, "firn: at most 8 materials run on a GPU.");
+    static_assert(Simulation::material_count <= wgsl::detail::most_sets, "firn: at most 8 materials run on a GPU.");
     static_assert(!Simulation::has_contact_groups,
                   "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");
     return true;

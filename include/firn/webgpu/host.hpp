@@ -54,6 +54,9 @@ public:
     /// Entry points, each of a Host, in the order to run them.
     using Sequence = std::vector<std::pair<Host*, std::string>>;
 
+    /// Numbers of steps that the device is given at once, and between two looks at the status.
+    static constexpr int in_one_submission = 16, between_checks = 256;
+
     /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
     /// initialise() before the first step.
     /// \param device   GPU on which to run
@@ -378,7 +381,6 @@ public:
     }
 
 private:
-    static constexpr int in_one_submission = 16, between_checks = 256;
     static_assert(between_checks <= wgsl::detail::logged_steps, "the log holds all steps between two looks at it");
 
     void set_steps(const std::vector<double>& time_step, const std::vector<double>& bounded) {

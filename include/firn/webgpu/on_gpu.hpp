@@ -71,9 +71,8 @@ public:
     }
 
     /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
-    /// \throws parameter_error  if a parameter of a policy is out of range, or if there is neither a fixed time step
-    /// nor
-    ///                          FixedPoint::float_steps
+    /// \throws parameter_error  if a parameter of a policy is out of range, or if the time step is neither fixed nor
+    ///                          chosen in float, see FixedPoint::float_steps
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
     /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
     ///                                         particles are asked for
@@ -224,30 +223,30 @@ private:
         if (has_failed_) simulation_.prepare();  // throws
         if (!is_ahead_) warn();
         if (simulation_.fixed_time_step > 0)
-            take_fixed_steps(simulation_.time() + duration, last_step);
+            take_fixed_steps(duration, last_step);
         else
             take_bounded_steps(duration, last_step);
     }
 
-    void take_fixed_steps(double end, std::uint64_t last_step) {
-        while (simulation_.time() < end && simulation_.steps() != last_step) {
-            const double left = end - simulation_.time(), fixed = simulation_.fixed_time_step;
-            const bool is_last = left < fixed * (1 + 1e-9);
-            const double dt = is_last ? left : fixed;
-            simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
-            if (dt != time_step_ || has_moved() || sorts()) {
-                submit();
-                set_boundary();
-                grid().set("time_step", {time_step_ = dt});
-                sort_if_due();
-            }
-            ++waiting_;
-            move_on(dt);
-            if (is_last) simulation_.now_.time = end;
-            if (waiting_ == steps_in_one_submission) submit();
-            if (moments_.size() == steps_between_checks) check();
+    void take_fixed_steps(double duration, std::uint64_t last_step) {
+        firn::detail::StepsTo steps(simulation_.time(), duration, false);
+        while (!steps.arrived(simulation_.time()) && simulation_.steps() != last_step) {
+            steps.next(simulation_.now_.time, simulation_.fixed_time_step, [&](double dt) { take_fixed_step(dt); });
+            if (waiting_ == Host::in_one_submission) submit();
+            if (moments_.size() == std::size_t{Host::between_checks}) check();
         }
         submit();
+    }
+    void take_fixed_step(double dt) {
+        simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
+        if (dt != time_step_ || has_moved() || sorts()) {
+            submit();
+            set_boundary();
+            grid().set("time_step", {time_step_ = dt});
+            sort_if_due();
+        }
+        ++waiting_;
+        move_on(dt);
     }
 
     /// Takes steps at their bound, which the device chooses.
@@ -262,7 +261,8 @@ private:
             set_boundary();
             sort_if_due();
             const std::uint64_t steps = simulation_.steps();
-            std::uint64_t most = std::min(last_step - steps, std::uint64_t(dt > 0 ? advance.wanted(dt) : 16));
+            std::uint64_t most =
+                std::min(last_step - steps, std::uint64_t(dt > 0 ? advance.wanted(dt) : Host::in_one_submission));
             if (most_between_sorts > 0) most = std::min(most, most_between_sorts - steps % most_between_sorts);
             if (moves()) most = 1;
             const std::vector<float> taken = advance.take(int(most));
@@ -420,9 +420,6 @@ private:
                 if (buffer.name == name)
                     wgsl::put_numbers<D>(buffer, there.host->template read_buffer<float>(name), slots, particles);
     }
-
-    static constexpr std::size_t steps_between_checks = 256;
-    static constexpr int steps_in_one_submission = 16;
 
     Simulation simulation_;
     Device device_;
