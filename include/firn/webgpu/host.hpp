@@ -54,8 +54,8 @@ public:
     /// Entry points, each of a Host, in the order to run them.
     using Sequence = std::vector<std::pair<Host*, std::string>>;
 
-    /// Numbers of steps that the device is given at once, and between two looks at the status.
-    static constexpr int in_one_submission = 16, between_checks = 256;
+    static constexpr int in_one_submission = 16;  ///< Number of steps that the device is given at once.
+    static constexpr int between_checks = 256;    ///< Number of steps between two looks at the status.
 
     /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
     /// initialise() before the first step.
