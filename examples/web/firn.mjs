@@ -34,8 +34,8 @@ export async function fetchProgram(url) {
     return { manifest, code: await (await get(manifest.code)).text() };
 }
 
-const fullSize = ({ particles, capacity = particles, domain, nodes }) =>
-    ({ capacity, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
+const fullSize = ({ particles, capacity = particles, domain, nodes, blocks }) =>
+    ({ capacity, blocks, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
 
 /** Requests a device from `gpu` (navigator.gpu) with the limits for a program of this size, see Simulation.create(). */
 export async function requestDevice(gpu, manifest, size, options = { powerPreference: 'high-performance' }) {
@@ -115,17 +115,18 @@ export class Program {
 export class Simulation {
     /**
      * @param program {Program}
-     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[]}} the number of particles;
-     *        the most particles (default: their number); the domain, see gridOf(), or else the nodes along each axis
+     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[], blocks?: number}} the
+     *        number of particles; the most particles (default: their number); the domain, see gridOf(), or else the
+     *        nodes along each axis; for a sparse grid, how many blocks of nodes it has memory for
      */
     static async create(program, size) {
-        const { device, manifest } = program, { capacity, nodes } = fullSize(size);
-        checkLimits(manifest, { capacity, nodes }, device.limits);
+        const { device, manifest } = program, { capacity, nodes, blocks } = fullSize(size);
+        checkLimits(manifest, { capacity, nodes, blocks }, device.limits);
         for (const scope of ['out-of-memory', 'validation']) device.pushErrorScope(scope);
         const create = (label, bytes, usage) =>
             device.createBuffer({ label, size: bytes, usage: usage | GPUBufferUsage.COPY_DST });
         const buffers = new Map();
-        for (const [binding, bytes] of bindingSizes(manifest, { capacity, nodes }))
+        for (const [binding, bytes] of bindingSizes(manifest, { capacity, nodes, blocks }))
             buffers.set(binding, create(`binding ${binding}`, bytes, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC));
         const uniforms = new DataView(new ArrayBuffer(Math.ceil(manifest.uniforms.bytes / 16) * 16));
         buffers.set(manifest.uniforms.binding, create('uniforms', uniforms.byteLength, GPUBufferUsage.UNIFORM));
@@ -137,12 +138,12 @@ export class Simulation {
         if (error) throw new FirnError(`There is no memory for ${capacity} particles: ${error.message}`);
 
         const simulation = new Simulation();
-        Object.assign(simulation, { program, device, manifest, capacity, nodes, buffers, groups, uniforms, values: {},
-            changed: true, steps: 0, particles: size.particles, domain: size.domain });
+        Object.assign(simulation, { program, device, manifest, capacity, nodes, blocks, buffers, groups, uniforms,
+            values: {}, changed: true, steps: 0, particles: size.particles, domain: size.domain });
         for (const field of manifest.uniforms.fields) simulation.#pack(field, field.default ?? undefined);
         const has = (name) => manifest.uniforms.fields.some((field) => field.name === name);
         const grid = size.domain ? { ...gridOf(size.domain), cell_size: size.domain.cell_size } : {};
-        for (const [name, value] of Object.entries({ particles: size.particles, capacity, nodes, ...grid }))
+        for (const [name, value] of Object.entries({ particles: size.particles, capacity, nodes, blocks, ...grid }))
             if (has(name)) simulation.set(name, value);
         if (grid.coordinates) simulation.writeBuffer('coordinates', grid.coordinates);
         return simulation;
@@ -161,7 +162,7 @@ export class Simulation {
                 throw new FirnError(`There is no uniform ${name}; there are ${fields.map((f) => f.name).join(', ')}.`);
             if (name === 'particles' && !(numbers <= this.capacity))
                 throw new FirnError(`${numbers} particles do not fit into a capacity of ${this.capacity}.`);
-            if (['nodes', 'capacity'].includes(name) && String(numbers) !== String(this[name]))
+            if (['nodes', 'capacity', 'blocks'].includes(name) && String(numbers) !== String(this[name]))
                 throw new FirnError(`${name} cannot change after Simulation.create(): the buffers have that size.`);
             this.#pack(field, numbers);
             if (name === 'particles') this.particles = numbers;

@@ -17,14 +17,21 @@ export class FirnError extends Error {
 export const numbersEach = (buffer) =>
     buffer.components ? buffer.components.reduce((sum, { count }) => sum + count, 0) : buffer.count;
 
-/** The number of particles, nodes, blocks, ... for `capacity` particles and `nodes` nodes along each axis. */
-export function extents(manifest, { capacity, nodes }) {
+/**
+ * The number of particles, nodes, blocks, ... for `capacity` particles and `nodes` nodes along each axis; if the program's
+ * grid is sparse, for `blocks` blocks of nodes.
+ */
+export function extents(manifest, { capacity, nodes, blocks }) {
     if (!Number.isInteger(capacity) || capacity < 1)
         throw new FirnError(`The number of particles must be a positive integer, not ${capacity}.`);
     const good = (n) => Number.isInteger(n) && n > 0 && n % blockWidth === 0;
     if (nodes?.length !== manifest.dimension || !nodes.every(good))
         throw new FirnError(`nodes must be ${manifest.dimension} positive multiples of ${blockWidth}, not ${nodes}.`);
-    const node = product(nodes), block = node / blockWidth ** manifest.dimension;
+    const sparse = manifest.grid === 'sparse';
+    if (sparse && !(Number.isInteger(blocks) && blocks > 0))
+        throw new FirnError(`The number of blocks of a sparse grid must be a positive integer, not ${blocks}.`);
+    const nodesEach = blockWidth ** manifest.dimension;
+    const node = sparse ? blocks * nodesEach : product(nodes), block = node / nodesEach;
     const lines = nodes.map((along, a) => [`${'xyz'[a]}_line`, node / along]);
     return { particle: capacity, node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1,
         ...Object.fromEntries(lines) };

@@ -115,9 +115,10 @@ template <int D, class Transfer, class Force, class Material = FixedCorotated<fl
 void write_case(const std::filesystem::path& root, const std::string& name, const scenes::Matter& matter,
                 const std::string& schedule, int steps,
                 const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0,
-                const Boundary& boundary = scenes::rough_walls<D>(), const Volume& volume = {}) {
+                const Boundary& boundary = scenes::rough_walls<D>(), const Volume& volume = {},
+                wgsl::GridStorage grid = wgsl::GridStorage::dense) {
     scenes::MovingBlocks<D, Transfer, Force, Material, Kernel, Boundary, Volume> blocks(matter, material, boundary,
-                                                                                        volume);
+                                                                                        volume, grid);
     auto& simulation = blocks.simulation;
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
@@ -129,7 +130,7 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
 
     Case files(root / name, program);
     std::vector<Expectation> expectations;
-    if constexpr (!filters_volume<Volume>)  // a filter acts before P2G
+    if (!filters_volume<Volume> && grid == wgsl::GridStorage::dense)  // a filter acts before P2G
         expectations.push_back(
             {"nodes", schedule == "step" ? "p2g" : "p2g_blocks", 1,
              files.file("nodes_1", scenes::node_sums<Kernel, Transfer, Force>(simulation, inputs.nodes)), 0});
@@ -437,6 +438,13 @@ void write_errors(const std::filesystem::path& root) {
     write("error_left", 5, false, [&](wgsl::Inputs& inputs, float* velocity) {
         std::fill_n(velocity, inputs.particles, float(10 * domain.cell_size / dt));  // ten cells a step, into the wall
     });
+    const wgsl::Program sparse = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
+        simulation.material(), simulation.boundary, Gravity<float, 2>{}, OwnVolume{}, 64, Apic{},
+        wgsl::GridStorage::sparse);
+    const wgsl::Inputs inputs = wgsl::make_inputs<2>(sparse, domain, simulation.particles(), dt, {}, 5);
+    Case files(root / "error_blocks", sparse);
+    write_case_file<2>(files, sparse, inputs, "step", 3,
+                       {{"motion", "step", 3, files.file("unchanged", inputs.buffers.front().second), 0}}, 7);
 }
 
 /// A program with one mistake each. Both compilers refuse those in every/; naga lets those in tint/ pass.
@@ -502,6 +510,9 @@ int main(int count, char** words) {
                                                              "step_sorted", 50);
         write_case<2, Apic, WeightGradientForce, Elastic, CompactQuartic>(root, "2d_compact_quartic",
                                                                           {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
+        write_case<2, Apic, MlsForce>(root, "2d_sparse", {0.15, 1.0 / 128, 1.0 / 64}, "step", 50,
+                                      FixedCorotated<float>::from_young_poisson(2e3, 0.3), 3e-3,
+                                      scenes::rough_walls<2>(), OwnVolume{}, wgsl::GridStorage::sparse);
         const SoftTissue<float> own{.mu = 4e4F, .lambda = 6e4F};
         write_case<2, Pic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
         write_case<3, Apic, WeightGradientForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);

@@ -112,7 +112,8 @@ async function runCase(device, folder, timedSteps) {
     const { particles = test.uniforms.particles, capacity = particles } = test;
     const { schedule = 'step', steps = 1, expect = [] } = test;
     const program = await Program.create(device, manifest, code);
-    const simulation = await Simulation.create(program, { particles, capacity, nodes: test.uniforms.nodes });
+    const { nodes, blocks } = test.uniforms;
+    const simulation = await Simulation.create(program, { particles, capacity, nodes, blocks });
     simulation.set(test.uniforms);
     for (const [name, file] of Object.entries(test.inputs ?? {})) {
         const bytes = readFileSync(join(folder, file)), { buffer } = new Uint8Array(bytes);

@@ -89,7 +89,7 @@ struct MovingBlocks {
     firn::wgsl::Program program;
 
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>(),
-                 const Volume& volume = {})
+                 const Volume& volume = {}, firn::wgsl::GridStorage grid = firn::wgsl::GridStorage::dense)
         : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
         simulation.volume = volume;
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
@@ -115,7 +115,8 @@ struct MovingBlocks {
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
-            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume);
+            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume, 64,
+            Transfer{}, grid);
     }
 
     /// The simulation as it is now.

@@ -6,8 +6,10 @@
 #include <firn/stage/fixed_point.hpp>
 #include <firn/wgsl/limits.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 namespace firn::inline FIRN_BUILD::wgsl {
 
@@ -22,6 +24,7 @@ public:
 
     std::uint32_t particles = 0;       ///< number of particles
     std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis of the grid
+    std::uint32_t blocks = 0;          ///< for a sparse grid: number of blocks for which it has memory; else 0
     /// The name and the contents of each buffer that the host must fill before the first step. The contents have the
     /// same order as on the device: in a buffer with values of particles, the c-th value (from 0) of particle i is at
     /// index c * capacity + i, where capacity is the uniform of this name.
@@ -92,6 +95,12 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
                    [&](const std::string& name, const std::vector<double>& numbers) { inputs.set(name, numbers); });
 }
 
+/// Which of the particles a program gets, of all in the order of their slots.
+struct Share {
+    std::size_t first = 0;                                        ///< how many come before
+    std::size_t count = std::numeric_limits<std::size_t>::max();  ///< how many it gets, at most
+};
+
 namespace detail {
 
 /// A boundary that consists of the mirrored walls of a program.
@@ -129,12 +138,13 @@ void for_numbers_in(const Buffer& buffer, const FieldTable& table, const F& f) {
     }
 }
 
-/// Returns the slots of all particles, in the order that they have in a program.
+/// Returns the slots of particles, in the order that they have in a program.
 template <int D>
-std::vector<std::size_t> slots_of(const ParticleStore<float, D>& particles) {
+std::vector<std::size_t> slots_of(const ParticleStore<float, D>& particles, const Share& share = {}) {
     std::vector<std::size_t> slots;
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) slots.push_back(slot);
+    std::size_t before = 0;
+    for (std::size_t slot = 0; slot < particles.slots() && slots.size() < share.count; ++slot)
+        if (particles.is_particle(slot) && before++ >= share.first) slots.push_back(slot);
     return slots;
 }
 
@@ -172,32 +182,70 @@ std::vector<float> node_coordinates(const Domain<D>& domain, const Nodes& nodes)
 
 }  // namespace detail
 
+/// Returns how many blocks of nodes are at most one block along each axis away from the blocks of particles.
+template <int D, class State>
+std::size_t blocks_near(const Particles<float, D, State>& particles) {
+    std::vector<BlockCoordinate<D>> blocks;
+    const auto leave_unique = [&] {
+        std::ranges::sort(blocks);
+        blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    };
+    for (const std::size_t slot : detail::slots_of<D>(particles))
+        if (blocks.empty() || blocks.back() != particles.block(slot)) blocks.push_back(particles.block(slot));
+    leave_unique();
+    for (std::size_t a = 0; a < std::size_t(D); ++a) {
+        const std::vector<BlockCoordinate<D>> before = blocks;
+        for (BlockCoordinate<D> block : before) {
+            --block[a], blocks.push_back(block);
+            block[a] += 2, blocks.push_back(block);
+        }
+        leave_unique();
+    }
+    return blocks.size();
+}
+
 /// Makes the inputs of a program from particles on the CPU. The program's particles have the order of the slots (the
 /// indices of particles in `particles`), but unused slots are left out: particle 0 of the program is the one with the
 /// lowest slot.
 /// \param dt      time step [s]
 /// \param limits  limits of the device on which the program will run
+/// \param blocks  for a sparse grid: number of blocks of nodes for which it has memory; 0: blocks_near(particles)
+/// \param share   which of the particles the program gets
 /// \throws parameter_error  if the domain is periodic; if a buffer or an entry point exceeds the limits (see
-///                          check_fits()); or if a mirrored wall does not fit the grid (see mirrors_of())
+///                          check_fits()); if a mirrored wall does not fit the grid (see mirrors_of()); or if a sparse
+///                          grid has 2^31 blocks or more in the domain
 /// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
-                   double dt, const Limits& limits = {}) {
+                   double dt, const Limits& limits = {}, std::size_t blocks = 0, const Share& share = {}) {
     if (is_periodic(domain))
         throw parameter_error(
             "The domain is periodic, which firn's WGSL programs do not support: run the simulation on the CPU.");
     firn::detail::require_digits<float>(domain, "A program for a GPU");
     mirrors_of<QuadraticBSpline>(detail::WallsOfProgram{program}, domain);
     Inputs inputs(program);
-    const std::vector<std::size_t> slots = detail::slots_of<D>(particles);
+    const std::vector<std::size_t> slots = detail::slots_of<D>(particles, share);
     const std::size_t count = slots.size();
     std::vector<double> along, cells;
+    double lattice_blocks = 1;
     for (int a = 0; a < D; ++a) {
         inputs.nodes.push_back(grid_nodes(domain.cells(a)));
         along.push_back(inputs.nodes.back());
         cells.push_back(double(extent_in_cells<float>(domain, a)));
+        lattice_blocks *= along.back() / block_size;
     }
-    check_fits(program, count, inputs.nodes, limits);
+    if (program.grid == GridStorage::sparse) {
+        if (!(lattice_blocks < 0x1p31))
+            throw parameter_error(sentence("The domain has ", lattice_blocks, " blocks of ", block_size, "^", D,
+                                           " cells; on a GPU it can have 2147483647. Use larger cells or a smaller "
+                                           "domain."));
+        if (blocks == 0) blocks = std::max<std::size_t>(1, blocks_near(particles));
+        check_fits(program, count, inputs.nodes, limits, blocks);
+        inputs.blocks = std::uint32_t(blocks);
+        inputs.set("blocks", {double(blocks)});
+    } else {
+        check_fits(program, count, inputs.nodes, limits);
+    }
     inputs.particles = std::uint32_t(count);
 
     inputs.set("nodes", along);

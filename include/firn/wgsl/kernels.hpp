@@ -6,7 +6,8 @@
 /// Buffers with values of particles are structures of arrays: the c-th value (from 0) of particle i is at index
 /// c * params.capacity + i. The position of a particle is stored as two vectors [cells]: `corner`, the lower corner of
 /// a block of 4^D cells, and `place`, the position relative to this corner. So positions have the same resolution
-/// everywhere in the domain. The grid is dense (all nodes are stored), with one block of ghost nodes below the domain.
+/// everywhere in the domain. The grid is dense (all nodes are stored) or sparse (sparse_kernels.hpp), with one block of
+/// ghost nodes below the domain.
 /// If the node at the domain's lower corner has the lattice coordinates 0, the node with lattice coordinate k along an
 /// axis has the index k + 4 along this axis.
 #pragma once
@@ -46,12 +47,12 @@ fn fail(error: u32, particle: u32) {
     atomicMin(&status[1], particle);
     atomicStore(&status[27], params.set_number); // other sets do nothing then
 }
-fn node_count() -> u32 { return ${NODE_COUNT}; }
-fn node_index(at: ${IVEC}) -> u32 { return ${NODE_INDEX}; }
 /// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
-fn nodes_from(k: ${VEC}) -> ${IVEC} {
+fn lattice_from(k: ${VEC}) -> ${IVEC} {
     return clamp(${IVEC}(k) + ${IVEC}(4), ${IVEC}(0), ${IVEC}(params.nodes) - ${IVEC}(${SUPPORT}));
 }
+/// How far the corner of a particle's block moves when its place is counted anew.
+fn shift_of_sort(place: ${VEC}) -> ${VEC} { return 4.0f * floor(0.25f * base_node_of(place)); }
 /// Whether a particle is too far from its block: more than a cell.
 fn has_left_block(place: ${VEC}) -> bool {
     let node = base_node_of(place);
@@ -148,7 +149,7 @@ fn ${NAME}(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || stopped() || atomicLoad(&status[set_word(${WORD}u)]) == 0u) { return; }
     let place = load_place(i);
-    let shift = 4.0f * floor(0.25f * base_node_of(place));
+    let shift = shift_of_sort(place);
     store_place(i, place - shift);
     store_corner(i, load_corner(i) + shift);
 }
@@ -350,7 +351,7 @@ fn grid_update(${INVOCATION}) {
     let scale = chosen_scale();
     let momentum = ${VEC}(sums.${AXES}) * (1.0f / scale.momentum);
     let mass = f32(sums.w) * (1.0f / scale.mass);
-    let at = ${NODE_AT};
+    let at = node_at(i);
     let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
     see_acceleration(position, momentum * (1.0f / mass));
@@ -457,7 +458,7 @@ fn g2p(${INVOCATION}) {
             if (has_left_block(moved.position)) { atomicStore(&status[set_word(0u)], 1u); }
             atomicMax(&fastest, bitcast<u32>(speed));
         } else {
-            fail(select(4u, 5u, is_finite(${STRESS_SUM} + speed)), i);
+            fail(select(4u, 5u, is_finite(${STRESS_SUM} + speed)), params.first_particle + i);
         }
     }
     workgroupBarrier();
@@ -471,7 +472,7 @@ fn initialise(${INVOCATION}) {
     if (i < params.particles) {
         let state = load_state(i);
         let base = base_node_of(load_place(i));
-        let at = vec${D}<u32>(nodes_from(base + load_corner(i)));
+        let at = ${UVEC}(lattice_from(base + load_corner(i)));
         see_acceleration(${VEC}(${COORDINATES}) + params.cell_size * (load_place(i) - base), load_velocity(i));
         store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));

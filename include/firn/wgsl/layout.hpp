@@ -60,15 +60,18 @@ struct Buffer {
 /// An entry point of a program (a function that the host can start on the GPU), and how to dispatch (start) it.
 struct EntryPoint {
     std::string name;  ///< name of the function in the program
-    /// How much to dispatch. "particle", "node": one invocation for each particle or node. "block_workgroup": one
-    /// workgroup for each block of 4^D nodes. "x_line", "y_line", "z_line": one invocation for each line of nodes along
-    /// this axis. "one_workgroup": a single workgroup.
+    /// How much to dispatch. "particle", "node", "block": one invocation for each particle, node or block of 4^D nodes.
+    /// "block_workgroup": one workgroup for each block. "x_line", "y_line", "z_line": one invocation for each line of
+    /// nodes along this axis. "one_workgroup": a single workgroup.
     std::string per;
     int workgroup_size;  ///< number of invocations per workgroup
     /// For each buffer that the entry point uses: the binding number of the buffer, and whether the entry point may
     /// write to the buffer.
     std::vector<std::pair<int, bool>> bindings;
 };
+
+/// Which nodes a program stores: all nodes of the domain, or the blocks of 4^D nodes that particles reach.
+enum class GridStorage { dense, sparse };
 
 /// A mirrored wall of a program's boundary. \see NodesBehind::mirrored
 struct MirroredWall {
@@ -79,18 +82,19 @@ struct MirroredWall {
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
 /// program.
 struct Program {
-    std::string name;            ///< the dimension and the names of the policies, joined by _
-    int dimension;               ///< dimension of space: 2 or 3
-    std::string kernel,          ///< name of the kernel
-        transfer,                ///< name of the transfer
-        force,                   ///< name of the force form: MLS or weight gradients
-        material,                ///< name of the material
-        boundary,                ///< name of the boundary
-        field,                   ///< name of the acceleration field
-        volume{};                ///< name of the volumetric policy; empty if it is OwnVolume
-    int workgroup_size;          ///< number of invocations per workgroup in most entry points
-    double time_step_safety;     ///< firn::time_step_safety of the kernel
-    double acceleration_safety;  ///< firn::acceleration_safety
+    std::string name;                       ///< the dimension and the names of the policies, joined by _
+    int dimension;                          ///< dimension of space: 2 or 3
+    std::string kernel,                     ///< name of the kernel
+        transfer,                           ///< name of the transfer
+        force,                              ///< name of the force form: MLS or weight gradients
+        material,                           ///< name of the material
+        boundary,                           ///< name of the boundary
+        field,                              ///< name of the acceleration field
+        volume{};                           ///< name of the volumetric policy; empty if it is OwnVolume
+    GridStorage grid = GridStorage::dense;  ///< which nodes are stored
+    int workgroup_size;                     ///< number of invocations per workgroup in most entry points
+    double time_step_safety;                ///< firn::time_step_safety of the kernel
+    double acceleration_safety;             ///< firn::acceleration_safety
     /// Lower corner of the room between walls [m], if the program shifts particles; −∞ along an axis without a wall.
     std::vector<double> room_lower{};
     /// Upper corner of the room between walls [m], if the program shifts particles; ∞ along an axis without a wall.
@@ -144,6 +148,7 @@ struct Facts {
     bool filters_volume;     ///< whether volume ratios are filtered, see firn::filters_volume
     int filters_every;       ///< number of steps from one pass of this filter to the next
     bool shifts_particles;   ///< whether a pass of this filter also shifts particles, see firn::shifts_particles
+    bool sparse;             ///< whether the grid is sparse, see GridStorage
     int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
@@ -196,7 +201,8 @@ enum Binding {
     blocks,
     order,
     rates,
-    rate_sums
+    rate_sums,
+    block_table
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -270,8 +276,12 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("status", "u32", status, "program", first_set_word + most_sets * words_of_set);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
-    add("blocks", "u32", blocks, "block", 2);
-    add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
+    if (facts.sparse) {
+        add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
+    } else {
+        add("blocks", "u32", blocks, "block", 2);
+        add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
+    }
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
@@ -312,8 +322,10 @@ void for_mirror_passes(const Program& program, const F& f) {
     }
 }
 
-/// The error code of a program whose mirrored walls do not fit the grid.
-inline constexpr int mirror_error = 6;
+/// The error codes of a program whose mirrored walls do not fit the grid, and of a sparse grid that has too few blocks.
+/// @{
+inline constexpr int mirror_error = 6, blocks_error = 7;
+/// @}
 
 /// Returns the name of the entry point of the k-th pass of mirrored walls.
 inline std::string mirror_pass(int k) { return "mirror_" + std::to_string(k); }
@@ -326,6 +338,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const std::string& name, const std::string& per, int size, Bindings bindings) {
         bindings.emplace_back(params, false);
+        const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort") || name == "grid_update";
+        if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
         std::sort(bindings.begin(), bindings.end());
         program.entry_points.push_back({name, per, size, std::move(bindings)});
@@ -342,6 +356,12 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("initialise", "particle", size, first);
     const bool sums_rates = facts.averages_volume || facts.filters_volume;
     const Bindings cleared{{nodes, true}, {counts, true}, {status, true}};
+    if (facts.sparse) {
+        add("clear_table", "block", size, {{status, true}});
+        add("find_blocks", "particle", size, {{motion, true}, {status, true}});
+        add("activate_blocks", "block", size, {{status, true}});
+        add("link_blocks", "block", size, {{status, true}});
+    }
     add("begin_step", "one_workgroup", 1, {{status, true}});
     add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
     add("sort", "particle", size, {{motion, true}, {status, true}});
@@ -349,11 +369,13 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
     add("p2g", "particle", size, with(particle, {{nodes, true}}));
-    add("clear_blocks", "node", size, {{blocks, true}});
-    add("count_blocks", "particle", size, {{motion, true}, {blocks, true}});
-    add("scan_blocks", "one_workgroup", 256, {{blocks, true}});
-    add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
-    add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
+    if (!facts.sparse) {
+        add("clear_blocks", "node", size, {{blocks, true}});
+        add("count_blocks", "particle", size, {{motion, true}, {blocks, true}});
+        add("scan_blocks", "one_workgroup", 256, {{blocks, true}});
+        add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
+        add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
+    }
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
     for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
         const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);

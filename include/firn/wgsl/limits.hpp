@@ -50,16 +50,38 @@ inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Li
 /// \param cells  number of cells of the domain along the axis
 inline std::uint32_t grid_nodes(int cells) { return std::uint32_t(block_size) * std::uint32_t(blocks_for(cells) + 2); }
 
+/// Returns the number of nodes that a program stores.
+/// \param nodes   number of nodes along each axis of the grid
+/// \param blocks  for a sparse grid: number of blocks of nodes for which the buffers have memory
+inline std::uint64_t stored_nodes(const Program& program, const std::vector<std::uint32_t>& nodes,
+                                  std::uint64_t blocks) {
+    const bool sparse = program.grid == GridStorage::sparse;
+    std::uint64_t all = sparse ? blocks : 1;
+    for (const std::uint32_t along : nodes) all *= sparse ? std::uint32_t(block_size) : along;
+    return all;
+}
+
+/// Returns how many particles a program can have on a device. For more, use several Hosts on one grid.
+inline std::uint64_t most_particles(const Program& program, const Limits& limits = {}) {
+    const std::uint64_t groups = limits.groups_per_dimension;
+    std::uint64_t most = groups * groups * std::uint64_t(program.workgroup_size);
+    for (const Buffer& b : program.buffers)
+        if (b.per == "particle")
+            most = std::min(most,
+                            std::min(limits.storage_binding_bytes, limits.buffer_bytes) / (4 * std::uint64_t(b.count)));
+    return most;
+}
+
 /// Throws if the buffers or the entry points of a program exceed a limit of a device.
 /// \param particles  capacity of the buffers: number of particles for which the buffers have memory
 /// \param nodes      number of nodes along each axis of the grid
+/// \param blocks     for a sparse grid: number of blocks of nodes for which the buffers have memory
 /// \throws parameter_error  if a buffer would be too large (the message says how many particles or nodes would fit), or
 ///                          if an entry point uses too many storage buffers; the message names the limit that is
 ///                          exceeded
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
-                       const Limits& limits = {}) {
-    std::uint64_t all_nodes = 1;
-    for (const std::uint32_t n : nodes) all_nodes *= n;
+                       const Limits& limits = {}, std::uint64_t blocks = 0) {
+    const std::uint64_t all_nodes = stored_nodes(program, nodes, blocks);
     const std::uint64_t most = std::min(limits.storage_binding_bytes, limits.buffer_bytes);
     const char* name =
         limits.storage_binding_bytes <= limits.buffer_bytes ? "maxStorageBufferBindingSize" : "maxBufferSize";

@@ -22,8 +22,10 @@ inline const std::vector<std::string> error_sentences{
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
     "too large.",
     "A mirrored wall lies on no plane of nodes, or less than 3 cells from another one. Move the wall, or choose cells "
-    "that divide the domain."};
-static_assert(detail::mirror_error == 6, "the number of the last sentence, counted from 1");
+    "that divide the domain.",
+    "The particles reach more blocks of nodes than the sparse grid has memory for. Give its uniform 'blocks' a larger "
+    "value."};
+static_assert(detail::mirror_error == 6 && detail::blocks_error == 7, "numbers of sentences, counted from 1");
 
 namespace detail {
 
@@ -60,6 +62,8 @@ inline const std::vector<std::string> passes_of_programs{"sort",        "filter 
 /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding them
 ///                directly to the grid. Both ways give the same bits.
 inline std::vector<std::string> entry_points_of(const Program& program, std::string_view pass, bool sorted = false) {
+    if (pass == "sort" && program.grid == GridStorage::sparse)
+        return {"clear_table", "find_blocks", "activate_blocks", "link_blocks", "begin_step", "clear", "sort"};
     if (pass == "sort") return {"begin_step", "clear", "sort"};
     if (pass == "filter volumes" && program.has("filter_volumes")) return detail::filtering_of(program);
     if (pass == "p2g" && sorted)
@@ -164,6 +168,8 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  size; the uniform boundary_speed counts as a signal speed. If the uniform bound_time_step is 1,
 ///                  a step takes the bound if that is shorter than the uniform time_step. If it is 2, a step takes
 ///                  the time left if that is not longer; when no time is left, further steps change nothing.
+///     grid         "sparse" if the buffers have nodes for as many blocks of 4^D nodes as the uniform blocks says; else
+///                  they have all nodes
 ///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
@@ -175,8 +181,8 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  a body at rest. If `less_one` is true, the buffer has F − I of a matrix F, or J − 1 of a number J;
 ///                  the default is F or J.
 ///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the binding number and access
-///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle" or "node",
-///                  one invocation for each line of nodes along an axis ("x_line", "y_line", "z_line"), one
+///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle", "node" or
+///                  "block", one invocation for each line of nodes along an axis ("x_line", "y_line", "z_line"), one
 ///                  workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A
 ///                  dispatch of n workgroups has x = min(n, 65535) workgroups along x and y = ceil(n / x) along y.
 ///     initialise   the entry points to run once, after the buffers were written
@@ -205,6 +211,7 @@ inline std::string manifest(const Program& program) {
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
         json.key("field").value(program.field);
         if (!program.volume.empty()) json.field("volume", program.volume);
+        if (program.grid == GridStorage::sparse) json.field("grid", "sparse");
         json.field("workgroup_size", program.workgroup_size);
         json.field("time_step_safety", program.time_step_safety);
         json.field("acceleration_safety", program.acceleration_safety);
@@ -220,8 +227,10 @@ inline std::string manifest(const Program& program) {
         json.key("step_sorted").array(step_order_of(program, true), text);
         json.key("status").object([&] { detail::write_status_words(json, program); });
         json.key("errors").object([&] {
-            const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();
-            for (std::size_t i = 0; i < errors; ++i) json.field(std::to_string(i + 1).c_str(), error_sentences[i]);
+            for (int e = 1; e <= int(error_sentences.size()); ++e)
+                if ((e != detail::mirror_error || !program.mirrors.empty()) &&
+                    (e != detail::blocks_error || program.grid == GridStorage::sparse))
+                    json.field(std::to_string(e).c_str(), error_sentences[std::size_t(e) - 1]);
         });
     });
     return json.text();

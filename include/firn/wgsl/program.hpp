@@ -22,10 +22,11 @@ inline std::string name_of(const Program& program) {
          {&program.kernel, &program.transfer, &program.force, &program.material, &program.boundary, &program.field})
         name += "_" + *policy;
     if (!program.volume.empty()) name += "_" + program.volume;
+    if (program.grid == GridStorage::sparse) name += "_sparse";
     return name;
 }
 
-inline void add_uniforms(UniformLayout& uniforms, int dimension) {
+inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage grid) {
     const std::string of_u32 = "vec" + std::to_string(dimension) + "<u32>",
                       of_f32 = "vec" + std::to_string(dimension) + "<f32>";
     const std::vector<double> zero(std::size_t(dimension), 0.0);
@@ -41,7 +42,9 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("bound_time_step", "u32", "1",
                  "1: no step is longer than the stable one; 2: nor longer than the time left", {0});
     uniforms.add("set_number", "u32", "1", "number of this set of particles, of those on one grid", {0});
+    uniforms.add("first_particle", "u32", "1", "index of particle 0 of this buffer in its set of particles", {0});
     uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
+    if (grid == GridStorage::sparse) uniforms.add("blocks", "u32", "1", "most blocks of 4^D nodes", {0});
 }
 
 /// Sets the room between the walls of the program, and adds the uniforms of particle shifting.
@@ -95,8 +98,9 @@ consteval bool require_program() {
 
 /// Returns an empty program with the names of its policies.
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
-Program named_program() {
+Program named_program(GridStorage grid) {
     Program program;
+    program.grid = grid;
     program.dimension = D;
     program.kernel = Kernel::name;
     program.transfer = Transfer::name;
@@ -133,7 +137,25 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     return module;
 }
 
+/// Returns whether the policy shifts the particles of a material.
+template <class Material, int D, class Volume>
+bool shifts(const Volume& volume) {
+    if constexpr (shifts_particles<Volume> && has_volume_ratio<material_state_t<with_scalar_t<Material, recorded>, D>>)
+        return volume.shifted_share(1.0) > 0;
+    else
+        return false;
+}
+
 }  // namespace detail
+
+/// Returns whether a program of these policies can have a sparse grid: not with mirrored walls, nor if it shifts
+/// particles.
+template <class Material, int D, class Boundary, class Volume>
+bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
+    bool can = !detail::shifts<Material, D>(volume);
+    if constexpr (has_mirrors<Boundary>) boundary.mirrors([&](auto&&...) { can = false; });
+    return can;
+}
 
 /// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
 /// acceleration field and volumetric policy.
@@ -151,22 +173,25 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
 /// \param transfer         the transfer with its parameters, which become uniforms
+/// \param grid             which nodes the program stores
 /// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
+/// \throws usage_error      if the grid cannot be sparse. \see can_be_sparse
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
-                     int workgroup_size = 64, const Transfer& transfer = {}) {
+                     int workgroup_size = 64, const Transfer& transfer = {}, GridStorage grid = GridStorage::dense) {
     static_assert(detail::require_program<Kernel, Transfer, D, Material, Boundary, Field, Volume>());
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
     int every = 0;
-    bool shifts = false;
     if constexpr (filters_volume<Volume>) {
         static_assert(has_volume<State>, "firn: a filter of volume ratios needs a material with a state J or F.");
         volume.check();
         every = volume.every;
-        if constexpr (shifts_particles<Volume> && has_volume_ratio<State>) shifts = volume.shifted_share(1.0) > 0;
     }
+    const bool shifts = detail::shifts<Material, D>(volume);
+    if (grid == GridStorage::sparse && !can_be_sparse<Material, D>(boundary, volume))
+        throw usage_error("In WGSL, mirrored walls and particle shifting need a dense grid.");
     const Facts facts{D,
                       Kernel::support,
                       centre_node<Kernel>,
@@ -179,15 +204,16 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       filters_volume<Volume>,
                       every,
                       shifts,
+                      grid == GridStorage::sparse,
                       workgroup_size};
 
-    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>();
+    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(grid);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
 
     detail::UniformLayout uniforms(program);
-    detail::add_uniforms(uniforms, D);
+    detail::add_uniforms(uniforms, D, grid);
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");

@@ -6,6 +6,7 @@
 #include <firn/wgsl/kernels.hpp>
 #include <firn/wgsl/layout.hpp>
 #include <firn/wgsl/module.hpp>
+#include <firn/wgsl/sparse_kernels.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
 
 namespace firn::inline FIRN_BUILD::wgsl {
@@ -83,14 +84,15 @@ public:
 
     std::string helpers() const {
         const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
-        return filled(text::helpers) + (gradients ? filled(text::gradient_helpers) : "");
+        return filled(text::helpers) + filled(facts_.sparse ? text::sparse_nodes : text::dense_nodes) +
+               (gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points(const Program& program) const {
-        return filled(text::time_step) + filled(text::acceleration) + filled(text::clear) +
-               filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) + filled(text::measure) +
+        return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
+               filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
-               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
-               mirrors(program) + volume(program) +
+               (facts_.sparse ? "" : filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}})) +
+               filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                                   {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))",
                                                     facts_.sum_gradients)}});
@@ -329,6 +331,10 @@ private:
         };
         const auto offset = [&](int a) { return "f32(" + counter(a) + " - " + std::to_string(facts_.centre) + ")"; };
         const std::string last = std::to_string(D - 1);
+        const auto of_block = [](int) { return std::string("4"); };
+        const auto of_block_u32 = [](int) { return std::string("4u"); };
+        const auto of_pair = [](int) { return std::string("2"); };
+        const auto of_pair_u32 = [](int) { return std::string("2u"); };
         const Names all{
             {"INVOCATION",
              "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "
@@ -338,6 +344,15 @@ private:
             {"NODE_COUNT", listed(D, nodes_along, " * ")},
             {"NODE_INDEX", "u32(" + flat("at", signed_nodes_along) + ")"},
             {"NODE_AT", entry_at("i", vec("u32"), nodes_along)},
+            {"BLOCK_OF_LATTICE", flat("block", blocks_along)},
+            {"LATTICE_BLOCK", entry_at("i32(number)", vec("i32"), blocks_along)},
+            {"FURTHER", flat("further", of_pair)},
+            {"IN_BLOCK", flat("in_block", of_block)},
+            {"AT_IN_BLOCK", entry_at("in_block", vec("u32"), of_block_u32)},
+            {"NEIGHBOUR", vec("i32") + "(" + entry_at("k", vec("u32"), of_pair_u32) + ")"},
+            {"AROUND", std::to_string(power(2))},
+            {"BLOCKS_ERROR", std::to_string(blocks_error)},
+            {"UVEC", vec("u32")},
             {"COORDINATES", "coordinates[at.x], coordinates[params.nodes.x + at.y]" +
                                 std::string(D == 3 ? ", coordinates[params.nodes.x + params.nodes.y + at.z]" : "")},
             {"BLOCK_INDEX", "u32(" + flat("at", blocks_along) + ")"},
@@ -415,6 +430,9 @@ inline std::string declarations(const Program& program) {
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
             declare("nodes", b, "vec4<i32>", "read_write");
+        } else if (b.binding == block_table) {
+            declare("block_table", b, "atomic<u32>", "read_write");
+            declare("block_words", b, "u32", "read_write");
         } else {
             declare(b.name, b, is_atomic ? "atomic<" + b.type + ">" : b.type, is_read_only ? "read" : "read_write");
         }

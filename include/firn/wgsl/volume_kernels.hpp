@@ -210,7 +210,7 @@ fn measure_present(${INVOCATION}) {
 fn find_excess(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || ${IDLE}) { return; }
-    let at = ${NODE_AT};
+    let at = node_at(i);
     let node = ${VEC}(${IVEC}(at) - ${IVEC}(4));
     let room = room_beside(${ROOM}, node);
     atomicStore(&rate_sums[4u * i + 1u], bitcast<i32>(excess_of(sums_in_quanta(i).y, room)));
