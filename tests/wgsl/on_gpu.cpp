@@ -51,8 +51,9 @@ void check_same_sums(const std::string& name, Simulation& cpu, webgpu::OnGpu<Sim
 
 /// A run in several parts, each of which ends in a shortened step.
 template <class Simulation>
-void compare(const std::string& name, Simulation cpu, int steps, int parts = 2) {
-    auto gpu = webgpu::on_gpu(cpu);
+void compare(const std::string& name, Simulation cpu, int steps, int parts = 2,
+             const webgpu::Device& device = webgpu::Device()) {
+    auto gpu = webgpu::on_gpu(cpu, device);
     check_same_run(name + ", before: ", cpu, gpu);
     for (int k = 0; k < parts; ++k) {
         const double step = cpu.fixed_time_step > 0 ? cpu.fixed_time_step : cpu.stable_time_step();
@@ -76,14 +77,14 @@ auto made(const Material& material, double cell_size, double time_step, const Po
 }
 
 /// A block that flies to a ball, which moves and turns, and drifts through several blocks of the grid.
-auto thrown(const Vec<double, 2>& velocity = {1, -2}) {
+auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90) {
     Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
     ball.position = {0.5, 0.12};
     ball.linear_velocity = {0.3, 0.1};
     ball.angular_velocity = 2;
     auto simulation = made<2>(FixedCorotated<float>::from_young_poisson(2e4, 0.3), 1.0 / 50, 4e-4,
                               Together(scenes::rough_walls<2>(), ball));
-    simulation.add(sample_box<2>({0.3, 0.25}, {0.7, 0.5}, {.spacing = 1.0 / 90}), 1000, velocity);
+    simulation.add(sample_box<2>({0.3, 0.25}, {0.7, 0.5}, {.spacing = spacing}), 1000, velocity);
     return simulation;
 }
 
@@ -102,6 +103,24 @@ Simulation bounded(Simulation simulation) {
     return simulation;
 }
 
+auto mirrored() {
+    return made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
+                   scenes::mirrored_walls<2>(), FBar{});
+}
+
+/// A ball of water in the far corner of a domain of 4096^3 cells, whose nodes no device could store.
+void in_a_far_corner(const webgpu::Device& device) {
+    Domain<3> domain;
+    domain.cell_size = 1.0 / 32;
+    domain.upper = Vec<double, 3>::filled(128);
+    auto far = Simulation(domain, Fluid<float>{}, Integers{},
+                          Walls<float, 3>::all({0, 0, 0}, {128, 128, 128}, {Contact::separate, 0.3}));
+    far.warn = {};
+    far.fixed_time_step = 1e-4;
+    far.add(sample_sphere<3>({127.7, 127.7, 127.7}, 0.15, {.spacing = 1.0 / 50}), 1000, {20, 30, 10});
+    compare("a far corner", bounded(std::move(far)), 40, 1, device);
+}
+
 void runs_are_the_cpus() {
     compare("thrown", thrown(), 200, 3);
     compare("thrown, in steps at their bound", bounded(thrown()), 60, 2);
@@ -112,8 +131,7 @@ void runs_are_the_cpus() {
     while (!due.report().sort_needed) due.step();
     compare("from where the next step sorts", std::move(due), 8, 1);
     {
-        auto snow = made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
-                            scenes::mirrored_walls<2>(), FBar{});
+        auto snow = mirrored();
         add_block<2>(snow, 1.0 / 60, {3, -5});
         compare("snow", std::move(snow), 80);
     }
@@ -127,6 +145,14 @@ void runs_are_the_cpus() {
         compare("water, in steps at their bound", bounded(std::move(water)), 40);
     }
     {
+        auto filtered = made<2>(Fluid<float>{}, 1.0 / 80, 1e-4, VolumeFilter{.every = 2});
+        add_block<2>(filtered, 1.0 / 160, {8, -6});
+        compare("water on a sparse grid, filtered", std::move(filtered), 30);
+        auto averaged = made<2>(Fluid<float>{}, 1.0 / 80, 1e-4, FBar{});
+        add_block<2>(averaged, 1.0 / 160, {8, -6});
+        compare("water on a sparse grid, averaged", std::move(averaged), 30);
+    }
+    {
         using Varied = PerParticle<Sand<float>, "mu", "lambda">;
         auto sand = made<2>(Varied{}, 1.0 / 30, 2e-4, scenes::rough_walls<2>());
         add_block<2>(sand, 1.0 / 60, {2, -4});
@@ -136,8 +162,75 @@ void runs_are_the_cpus() {
         // Its program is the shortest in 3D: a software GPU takes long to compile others.
         auto splash = made<3>(Fluid<float>{}, 1.0 / 20, 1e-4, scenes::rough_walls<3>());
         add_block<3>(splash, 1.0 / 30, {20, -40, 10});
-        compare("splash", bounded(std::move(splash)), 60);
+        const webgpu::Device device;
+        compare("splash", bounded(std::move(splash)), 60, 2, device);
+        in_a_far_corner(device);
     }
+}
+
+/// Blocks of the grid are found where particles are, and memory for them is made.
+void sparse_grids() {
+    const auto burst = [] {
+        auto simulation = made<2>(Fluid<float>{}, 1.0 / 160, 5e-5, scenes::rough_walls<2>());
+        simulation.add(sample_box<2>({0.46, 0.46}, {0.54, 0.54}, {.spacing = 1.0 / 320}), 1000);
+        auto& particles = simulation.edit_particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot))
+                particles.set_velocity(slot,
+                                       400.0F * cast<float>(particles.exact_position(slot) - Vec<double, 2>{0.5, 0.5}));
+        return simulation;
+    };
+    const webgpu::Device device;
+    for (const bool at_bound : {false, true}) {
+        auto cpu = at_bound ? bounded(burst()) : burst();
+        auto gpu = webgpu::on_gpu(cpu, device);
+        const std::size_t before = gpu.blocks();
+        const std::string name = at_bound ? "a burst, in steps at their bound: " : "a burst: ";
+        for (int k = 0; k < 150 && !at_bound; ++k) cpu.step(), gpu.step();
+        cpu.advance(0.005), gpu.advance(0.005);
+        check_same_run(name, cpu, gpu);
+        check(before > 0 && gpu.blocks() >= 4 * before, name + "the grid grows",
+              sentence(before, " blocks, then ", gpu.blocks()));
+    }
+    auto cpu = burst();
+    auto gpu = webgpu::on_gpu(cpu, webgpu::Device({.at_most = {16 << 10, 16 << 10, 64, 8}}));
+    check_throws<parameter_error>("no room for the blocks of a burst", {"'nodes'", "1024 nodes fit"}, [&] {
+        for (int k = 0; k < 400; ++k) gpu.step();
+        gpu.advance(0);
+    });
+    check(gpu.steps() > 10 && gpu.steps() < 400, "steps are taken until then", sentence(gpu.steps()));
+    while (cpu.steps() < gpu.steps()) cpu.step();
+    check_same_run("no room for more blocks: ", cpu, gpu);
+    auto reflected = mirrored();
+    add_block<2>(reflected, 1.0 / 60, {3, -5});
+    check(webgpu::on_gpu(reflected, device).blocks() == 0, "mirrored walls need all nodes");
+}
+
+/// Buffers and dispatches that are too small for all particles: there are several of each.
+void small_limits() {
+    const auto is_same = [](const std::string& name, auto cpu, int steps, const wgsl::Limits& limits) {
+        compare(name, std::move(cpu), steps, 1, webgpu::Device({.at_most = limits}));
+    };
+    auto many = made<2>(FixedCorotated<float>{}, 1.0 / 200, 1e-4, scenes::rough_walls<2>());
+    many.add(sample_box<2>({0.2, 0.2}, {0.8, 0.7}, {.spacing = 1.0 / 400}), 1000, {1, -2});
+    check(many.particles().size() > (1 << 20) / 24, "two chunks of buffers of 1 MiB",
+          sentence(many.particles().size(), " particles"));
+    is_same("buffers of 1 MiB, 64 workgroups", std::move(many), 4, {1 << 20, 1 << 20, 64, 8});
+    auto fine = thrown({1, -2}, 1.0 / 250);
+    const webgpu::Device device({.at_most = {48 << 10, 48 << 10, 64, 8}});
+    compare("several chunks", fine, 60, 2, device);
+    compare("several chunks, in steps at their bound", bounded(fine), 30, 2, device);
+    std::get<0>(fine.boundary.parts).at_upper[1].contact = Contact::none;
+    auto& particles = fine.edit_particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot) && particles.exact_position(slot)[0] > 0.65)
+            particles.set_velocity(slot, {0, 2000});
+    auto gpu = webgpu::on_gpu(fine, device);
+    check_throws<particle_error>("particles of the last chunk leave", {"It is particle ", "velocity (0, 2000) m/s"},
+                                 [&] { gpu.advance(0.01); });
+    const webgpu::Device tiny({.at_most = {4 << 10, 4 << 10, 64, 8}});
+    check_throws<parameter_error>("nodes that do not fit", {"'nodes'", "maxStorageBufferBindingSize"},
+                                  [&] { webgpu::on_gpu(thrown(), tiny); });
 }
 
 /// Water, sand and jelly fall on each other, beside a ball that moves; then comes snow, and more water.
@@ -332,6 +425,8 @@ int main() {
     try {
         runs_are_the_cpus();
         for (const bool at_bound : {false, true}) four_materials(at_bound);
+        sparse_grids();
+        small_limits();
         from_one_to_the_other();
         errors_of_steps();
         what_is_refused();

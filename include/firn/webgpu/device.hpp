@@ -11,8 +11,12 @@
 
 #include <webgpu/webgpu.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstring>
+#include <limits>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -31,9 +35,14 @@ struct DeviceOptions {
     /// Whether to ask for the highest limits that the GPU allows. If false, the device has the limits that every GPU
     /// guarantees.
     bool raise_limits = true;
+    /// Limits that programs keep where those of the GPU are higher.
+    wgsl::Limits at_most{std::numeric_limits<std::uint64_t>::max(), std::numeric_limits<std::uint64_t>::max(),
+                         std::numeric_limits<std::uint32_t>::max(), std::numeric_limits<int>::max()};
 };
 
 namespace detail {
+
+struct Compiled;  // a program, in pipeline.hpp
 
 /// The deleter of the smart pointer Owned. It passes a WebGPU handle to the function `Release`.
 template <auto Release>
@@ -103,6 +112,11 @@ public:
         wgpuDeviceGetLimits(device.get(), &given);
         limits = {given.maxStorageBufferBindingSize, given.maxBufferSize, given.maxComputeWorkgroupsPerDimension,
                   int(given.maxStorageBuffersPerShaderStage)};
+        const wgsl::Limits& most = options.at_most;
+        limits.storage_binding_bytes = std::min(limits.storage_binding_bytes, most.storage_binding_bytes);
+        limits.buffer_bytes = std::min(limits.buffer_bytes, most.buffer_bytes);
+        limits.groups_per_dimension = std::min(limits.groups_per_dimension, most.groups_per_dimension);
+        limits.storage_buffers_per_stage = std::min(limits.storage_buffers_per_stage, most.storage_buffers_per_stage);
     }
     DeviceState(const DeviceState&) = delete;
     DeviceState& operator=(const DeviceState&) = delete;
@@ -130,6 +144,7 @@ public:
     OwnedQueue queue;
     std::string name;
     wgsl::Limits limits;
+    std::map<std::string, std::shared_ptr<const Compiled>> compiled{};  // the key is the program's text
 
 private:
     void request_adapter(const DeviceOptions& options) {
@@ -233,6 +248,9 @@ public:
     WGPUQueue queue() const { return state_->queue.get(); }
     WGPUInstance instance() const { return state_->instance.get(); }
     /// @}
+
+    /// Returns the place for the compiled program with a text, which the device keeps; it is empty at first.
+    std::shared_ptr<const detail::Compiled>& compiled(const std::string& code) const { return state_->compiled[code]; }
 
 private:
     std::shared_ptr<detail::DeviceState> state_;

@@ -57,26 +57,26 @@ public:
     static constexpr int in_one_submission = 16;  ///< Number of steps that the device is given at once.
     static constexpr int between_checks = 256;    ///< Number of steps between two looks at the status.
 
-    /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
-    /// initialise() before the first step.
+    /// Compiles the program unless the device has compiled its text before, makes the buffers of the program, and
+    /// writes the inputs into these buffers. Call initialise() before the first step.
     /// \param device   GPU on which to run
     /// \param program  the program, from wgsl::make_program(); the Host keeps a copy
     /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and for device.limits()
+    /// \param grid     another Host, for other particles on a grid of the same nodes: its buffers of the grid are used
     /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
     /// \throws device_error     if the device refuses the code (the message has the line), or if the device has not
     ///                          enough memory
-    /// \param grid     another Host, for another set of particles on a grid of the same nodes: its buffers of the grid
-    ///                 are used
     /// \throws usage_error      if the inputs were made for a different program, or for another grid
     Host(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs, const Host* grid = nullptr)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
         take_uniforms(inputs);
         count_out(inputs);
-        const detail::OwnedModule module = detail::compile(device_, *program_);
+        compiled_ = detail::compiled(device_, *program_);
         constexpr WGPUBufferUsage storage = WGPUBufferUsage_Storage | WGPUBufferUsage_CopyDst | WGPUBufferUsage_CopySrc;
         buffers_[0] = detail::make_buffer(device_, "uniforms", program_->uniform_bytes,
                                           WGPUBufferUsage_Uniform | WGPUBufferUsage_CopyDst);
-        if (grid && grid->nodes_ != nodes_) throw usage_error("Sets of particles on one grid have the same nodes.");
+        if (grid && (grid->nodes_ != nodes_ || grid->blocks_ != blocks_))
+            throw usage_error("Sets of particles on one grid have the same nodes.");
         for (const wgsl::Buffer& b : program_->buffers) {
             if (grid && b.per != "particle") {
                 wgpuBufferAddRef(grid->buffer(b.name));
@@ -87,7 +87,7 @@ public:
             }
         }
         for (const wgsl::EntryPoint& e : program_->entry_points)
-            kernels_[e.name] = detail::make_kernel(device_, *program_, module, e, buffers_, groups_of(e));
+            kernels_[e.name] = detail::make_kernel(device_, *program_, *compiled_, e, buffers_, groups_of(e));
         for (const auto& [name, values] : inputs.buffers) write_buffer(name, values);
         if (!grid) clear_error();
     }
@@ -102,11 +102,16 @@ public:
     /// \throws usage_error  if the program has no buffer of this name
     WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
 
+    /// Returns whether take() can have these inputs in place of a new Host of the program, on the same grid.
+    bool is_for(const wgsl::Program& program, const wgsl::Inputs& inputs, const Host* grid = nullptr) const {
+        return program.code == program_->code && has_room_for(inputs) &&
+               (!grid || grid->buffer("nodes") == buffer("nodes"));
+    }
     /// Replaces the uniforms and the contents of buffers by those of inputs for as many particles and nodes.
     /// \throws usage_error  if the inputs were made for a different program, or for more or fewer particles or nodes
     void take(const wgsl::Inputs& inputs) {
         take_uniforms(inputs);
-        if (inputs.particles != capacity_ || inputs.nodes != nodes_)
+        if (!has_room_for(inputs))
             throw usage_error(
                 "The inputs have more or fewer particles or nodes than those that the Host was made for.");
         particles_ = inputs.particles;
@@ -200,12 +205,14 @@ public:
     public:
         /// \param step      the entry points of a step, the first of which is "begin_step"
         /// \param duration  the time after which the program arrives [s], at least 0
-        Advance(Sequence step, double duration) : step_(std::move(step)), first_(*step_.at(0).first) {
+        Advance(Sequence step, double duration) : Advance(std::move(step), time_left(duration)) {}
+        /// \param left  the time after which the program arrives, as left() of an earlier Advance returned it
+        Advance(Sequence step, const TimeLeft<float>& left)
+            : step_(std::move(step)), first_(*step_.at(0).first), left_(left) {
             for (const auto& [host, _] : step_)
                 if (std::ranges::none_of(before_, [&](const Before& b) { return b.host == host; }))
                     before_.push_back({host, host->value_of("time_step"), host->value_of("bound_time_step")});
             for (const Before& b : before_) b.host->set_steps({double(std::numeric_limits<float>::max())}, {2});
-            const TimeLeft<float> left = time_left(duration);
             first_.write_time_left(left);
             status_.time_left = double(left.high) + double(left.low);
         }
@@ -225,6 +232,8 @@ public:
             const std::vector<std::uint32_t> words = first_.read_buffer<std::uint32_t>("status");
             const std::uint32_t before = status_.steps;
             status_ = detail::status_of(words);
+            left_ = {std::bit_cast<float>(words.at(wgsl::detail::time_left_word)),
+                     std::bit_cast<float>(words.at(wgsl::detail::time_left_word + 1))};
             std::vector<float> steps;
             for (std::uint32_t k = before; k < status_.steps; ++k)
                 steps.push_back(std::bit_cast<float>(
@@ -233,6 +242,7 @@ public:
             return steps;
         }
         const Status& status() const { return status_; }           ///< Returns the status after the last step.
+        const TimeLeft<float>& left() const { return left_; }      ///< Returns the time left, as the device has it.
         bool arrived() const { return !(status_.time_left > 0); }  ///< Returns whether no time is left.
         /// Returns how many steps of so many seconds to take next: those past the end do nothing, but take time, so no
         /// more than seem to be needed.
@@ -248,6 +258,7 @@ public:
         };
         Sequence step_;
         Host& first_;
+        TimeLeft<float> left_;
         std::vector<Before> before_;
         Status status_{};
     };
@@ -280,7 +291,7 @@ public:
         const detail::OwnedPass pass(wgpuCommandEncoderBeginComputePass(encoder.get(), nullptr));
         for (int i = 0; i < times; ++i)
             for (const detail::Kernel* kernel : kernels) {
-                wgpuComputePassEncoderSetPipeline(pass.get(), kernel->pipeline.get());
+                wgpuComputePassEncoderSetPipeline(pass.get(), kernel->pipeline);
                 wgpuComputePassEncoderSetBindGroup(pass.get(), 0, kernel->bind_group.get(), 0, nullptr);
                 wgpuComputePassEncoderDispatchWorkgroups(pass.get(), kernel->groups.x, kernel->groups.y, 1);
             }
@@ -294,8 +305,8 @@ public:
     /// \throws usage_error      if the program has no uniform of this name, or if `values` has more or fewer components
     ///                          than the uniform
     /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed for this
-    ///                          uniform; or if the uniform is "nodes", "capacity", "cells" or "cell_size" and its value
-    ///                          would change
+    ///                          uniform; or if the uniform is "nodes", "capacity", "blocks", "cells" or "cell_size" and
+    ///                          its value would change
     void set(const std::string& name, const std::vector<double>& values) {
         require_allowed(program_->uniform(name), values);
         uniforms_.set(name, values);
@@ -381,6 +392,9 @@ public:
     }
 
 private:
+    bool has_room_for(const wgsl::Inputs& inputs) const {
+        return inputs.particles == capacity_ && inputs.nodes == nodes_ && inputs.blocks == blocks_;
+    }
     static_assert(between_checks <= wgsl::detail::logged_steps, "the log holds all steps between two looks at it");
 
     void set_steps(const std::vector<double>& time_step, const std::vector<double>& bounded) {
@@ -446,17 +460,18 @@ private:
         particles_ = inputs.particles;
         capacity_ = std::uint32_t(capacity);
         nodes_ = inputs.nodes;
-        wgsl::check_fits(*program_, capacity_, nodes_, device_.limits());
+        blocks_ = inputs.blocks;
+        wgsl::check_fits(*program_, capacity_, nodes_, device_.limits(), blocks_);
     }
 
     /// Returns the number of items of the kind `per`, such as "particle" or "node". \see wgsl::Buffer::per,
     /// wgsl::EntryPoint::per
     std::uint64_t extent(const std::string& per) const {
-        std::uint64_t all = 1, along = 0, blocks = 1;
+        const std::uint64_t all = wgsl::stored_nodes(*program_, nodes_, blocks_);
+        std::uint64_t along = 0, blocks = all;
         for (const std::uint32_t n : nodes_) {
-            all *= n;
             along += n;
-            blocks *= n / std::uint32_t(block_size);
+            blocks /= std::uint32_t(block_size);
         }
         const auto across = [&](std::size_t axis) { return axis < nodes_.size() ? all / nodes_[axis] : 0; };
         for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"particle", capacity_},
@@ -487,7 +502,8 @@ private:
     void require_allowed(const wgsl::Uniform& uniform, const std::vector<double>& values) const {
         const std::string& name = uniform.name;
         const bool whole = uniform.type.find("u32") != std::string::npos;
-        const bool fixed = name == "nodes" || name == "capacity" || name == "cells" || name == "cell_size";
+        const bool fixed =
+            name == "nodes" || name == "capacity" || name == "blocks" || name == "cells" || name == "cell_size";
         const bool scale = name == "momentum_scale" || name == "mass_scale";
         int exponent = 0;
         for (const double x : values) {
@@ -540,6 +556,8 @@ private:
     bool uniforms_changed_ = true;
     std::uint32_t particles_ = 0, capacity_ = 0;
     std::vector<std::uint32_t> nodes_;
+    std::uint32_t blocks_ = 0;
+    std::shared_ptr<const detail::Compiled> compiled_;
     detail::Buffers buffers_;
     std::map<std::string, detail::Kernel> kernels_;
     long steps_ = 0;

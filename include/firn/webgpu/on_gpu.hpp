@@ -71,8 +71,10 @@ public:
     }
 
     /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
-    /// \throws parameter_error  if a parameter of a policy is out of range, or if the time step is neither fixed nor
-    ///                          chosen in float, see FixedPoint::float_steps
+    /// \throws parameter_error  if a parameter of a policy is out of range; if the time step is neither fixed nor
+    /// chosen
+    ///                          in float, see FixedPoint::float_steps; or if particles reach more blocks of nodes than
+    ///                          a buffer can hold: the run is at the last step before, then
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
     /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
     ///                                         particles are asked for
@@ -94,6 +96,9 @@ public:
     double last_time_step() const { return simulation_.last_time_step(); }  ///< Size of the last step [s].
     Moment moment() const { return simulation_.moment(); }                  ///< Time and number of steps so far.
     const Device& device() const { return device_; }                        ///< Returns the device.
+    /// Returns for how many blocks of 4^D nodes the device has memory; 0 if it has all nodes of the domain. Memory for
+    /// more blocks is made when particles reach them.
+    std::size_t blocks() const { return is_sparse_ ? blocks_ : 0; }
 
     /// Returns the bound of the time step [s] for the present particles. \see Simulation::stable_time_step
     double stable_time_step() {
@@ -137,13 +142,17 @@ public:
     }
 
 private:
+    /// Particles of a set that fit into one buffer of the device.
+    struct Chunk {
+        std::unique_ptr<Host> host{};
+        std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
+    };
     /// What the device has of a set of particles.
     struct OnDevice {
         wgsl::Program program;
-        std::unique_ptr<Host> host;
-        std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
+        std::vector<Chunk> chunks{};
     };
-    Host& grid() { return *sets_[0].host; }  // which has the buffers of the grid
+    Host& grid() { return *sets_[0].chunks[0].host; }  // which has the buffers of the grid
 
     /// Throws if the simulation has something that steps on the GPU do not do.
     void check_simulation() {
@@ -174,12 +183,19 @@ private:
         check_simulation();
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
+        blocks_ = std::max(blocks_, simulation_.grid().block_count());
+        is_sparse_ = has_many_empty_blocks();
+        simulation_.for_materials([&](const auto& set, std::size_t) {
+            is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
+                                           simulation_.boundary, simulation_.volume);
+        });
         simulation_.for_materials([&](const auto& set, std::size_t k) { upload(set, k); });
         step_.clear();
         for (const std::string& name : wgsl::step_order_of(sets_[0].program))
             for (const OnDevice& set : sets_)
-                if (&set == sets_.data() || set.program.entry_point(name).per == "particle")
-                    step_.emplace_back(set.host.get(), name);
+                for (const Chunk& chunk : set.chunks)
+                    if (chunk.host.get() == &grid() || set.program.entry_point(name).per == "particle")
+                        step_.emplace_back(chunk.host.get(), name);
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);
         grid().begin(simulation_.steps(), reports);
@@ -191,30 +207,47 @@ private:
         is_edited_ = has_failed_ = is_ahead_ = false;
     }
 
+    /// Returns whether a dense grid does not fit, or has more than twice as many blocks as particles need.
+    bool has_many_empty_blocks() const {
+        double blocks = 1;
+        for (int a = 0; a < D; ++a)
+            blocks *= wgsl::grid_nodes(simulation_.domain().cells(a)) / std::uint32_t(block_size);
+        const double bytes = blocks * block_nodes<D> * node_width * sizeof(std::int32_t);
+        const wgsl::Limits& limits = device_.limits();
+        return blocks > 2.0 * double(blocks_) ||
+               bytes > double(std::min(limits.storage_binding_bytes, limits.buffer_bytes));
+    }
     /// Takes set k of particles to the device.
     template <class Set>
     void upload(const Set& set, std::size_t k) {
         OnDevice& there = sets_[k];
-        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
+        there.program = wgsl::make_program<Kernel, Transfer, Force, D>(
             set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume,
-            64, simulation_.transfer);
-        const bool is_known =
-            there.host && program.code == there.program.code && there.ids.size() == set.particles.size();
-        there.program = std::move(program);
-        wgsl::Inputs inputs = wgsl::make_inputs<D>(there.program, simulation_.domain(), set.particles,
-                                                   simulation_.fixed_time_step, device_.limits());
-        inputs.set("set_number", {double(k)});
-        inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
-        inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
-        if (!is_known && k == 0)
-            for (OnDevice& other : sets_) other.host.reset();  // which have the grid of this one
-        if (is_known)
-            there.host->take(inputs);
-        else
-            there.host = std::make_unique<Host>(device_, there.program, inputs, k > 0 ? &grid() : nullptr);
-        there.ids.clear();
-        for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles))
-            there.ids.push_back(set.particles.id(slot));
+            64, simulation_.transfer, is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense);
+        const std::size_t all = set.particles.size(), most = wgsl::most_particles(there.program, device_.limits());
+        const std::size_t chunks = std::max<std::size_t>(1, (all + most - 1) / most),
+                          each = (all + chunks - 1) / chunks;
+        there.chunks.resize(chunks);
+        for (std::size_t c = 0; c < chunks; ++c) {
+            const wgsl::Share share{c * each, each};
+            wgsl::Inputs inputs = wgsl::make_inputs<D>(there.program, simulation_.domain(), set.particles,
+                                                       simulation_.fixed_time_step, device_.limits(), blocks_, share);
+            inputs.set("set_number", {double(k)});
+            inputs.set("first_particle", {double(share.first)});
+            inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
+            inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
+            Chunk& chunk = there.chunks[c];
+            chunk.ids.clear();
+            for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles, share))
+                chunk.ids.push_back(set.particles.id(slot));
+            Host* const grid = k + c > 0 ? &this->grid() : nullptr;
+            if (chunk.host && chunk.host->is_for(there.program, inputs, grid)) {
+                chunk.host->take(inputs);
+                continue;
+            }
+            chunk.host.reset();
+            chunk.host = std::make_unique<Host>(device_, there.program, inputs, grid);
+        }
     }
 
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
@@ -256,26 +289,33 @@ private:
         if (!(end > simulation_.time())) return;
         check();
         const std::uint64_t most_between_sorts = simulation_.most_steps_between_sorts;
-        typename Host::Advance advance(step_, std::min(duration, long_enough));
-        for (float dt = 0; !advance.arrived() && simulation_.steps() != last_step;) {
+        auto advance = std::make_unique<Host::Advance>(step_, std::min(duration, long_enough));
+        for (float dt = 0; !advance->arrived() && simulation_.steps() != last_step;) {
             set_boundary();
             sort_if_due();
             const std::uint64_t steps = simulation_.steps();
             std::uint64_t most =
-                std::min(last_step - steps, std::uint64_t(dt > 0 ? advance.wanted(dt) : Host::in_one_submission));
+                std::min(last_step - steps, std::uint64_t(dt > 0 ? advance->wanted(dt) : Host::in_one_submission));
             if (most_between_sorts > 0) most = std::min(most, most_between_sorts - steps % most_between_sorts);
             if (moves()) most = 1;
-            const std::vector<float> taken = advance.take(int(most));
+            const std::vector<float> taken = advance->take(int(most));
             for (const float step : taken) move_on(double(dt = step));
-            const Status& status = advance.status();
+            const Status status = advance->status();
             counted_ = status.steps;
+            if (status.error == wgsl::detail::blocks_error) {
+                const TimeLeft<float> left = advance->left();
+                advance.reset();  // before its Hosts go
+                grow(status, taken.size());
+                advance = std::make_unique<Host::Advance>(step_, left);
+                continue;
+            }
             if (status.error == 0 && (taken.empty() || !(simulation_.time() > moments_.back().time)))
                 firn::detail::throw_no_step(dt, simulation_.time(), simulation_.steps(),
                                             sentence("The fastest signal has ", status.signal_speed, " m/s."));
             see(status, taken.size());
         }
         time_step_ = 0;
-        if (advance.arrived()) simulation_.now_.time = end;
+        if (advance->arrived()) simulation_.now_.time = end;
     }
 
     /// Returns whether the next step sorts by the number of steps. \see RunOf::most_steps_between_sorts
@@ -322,11 +362,40 @@ private:
 
     /// Waits for all steps, and takes note of what they report.
     void check() {
-        submit();
-        if (moments_.empty()) return;
-        const Status status = grid().status();
-        const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
-        see(status, taken);
+        for (submit(); !moments_.empty(); submit()) {
+            const Status status = grid().status();
+            const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
+            if (status.error != wgsl::detail::blocks_error) return see(status, taken);
+            for (const double dt : grow(status, taken)) {
+                take_fixed_step(dt);
+                if (waiting_ == Host::in_one_submission) submit();
+            }
+        }
+    }
+    /// Gives the grid on the device memory for more blocks, after the steps for which it had enough.
+    /// \param taken  number of these steps since the last look
+    /// \return the steps [s] that were begun after them, and which are to be taken again
+    std::vector<double> grow(const Status& status, std::size_t taken) {
+        std::vector<double> again;
+        for (std::size_t k = taken; k < moments_.size(); ++k) again.push_back(step_behind(k));
+        if (!again.empty()) go_back_to(taken);
+        for (std::size_t k = 0; k < sets_.size(); ++k) simulation_.sets_[k].report = status.sets.at(k);
+        moments_.clear();
+        is_edited_ = true;
+        bring_particles_back();
+        blocks_ *= 2;
+        upload();
+        return again;
+    }
+    /// Returns the size of the k-th step since the last look at the status [s].
+    double step_behind(std::size_t k) const {
+        return k + 1 < moments_.size() ? moments_[k + 1].last_time_step : simulation_.last_time_step();
+    }
+    /// Sets time and boundary to those before the k-th step since the last look at the status.
+    void go_back_to(std::size_t k) {
+        simulation_.boundary = boundary_seen_;
+        for (std::size_t i = 0; i < k; ++i) simulation_.boundary = advanced(simulation_.boundary, step_behind(i));
+        simulation_.now_ = moments_.at(k);
     }
     /// Takes note of the status after steps.
     /// \param taken  number of steps since the last look, with one that has failed
@@ -360,9 +429,6 @@ private:
     [[noreturn, gnu::cold]] void fail(const Status& status, std::size_t taken) {
         const double bound = simulation_.find_bound(simulation_.gravity);
         const std::size_t failed = std::max<std::size_t>(taken, 1) - 1;
-        const auto step_behind = [&](std::size_t k) {
-            return k + 1 < moments_.size() ? moments_[k + 1].last_time_step : simulation_.last_time_step();
-        };
         const Moment at = moments_.at(failed);
         const double dt = step_behind(failed);
         std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
@@ -370,18 +436,18 @@ private:
         if (status.particle != no_particle) text += " " + text_of_particle(status.set, status.particle);
         text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
                 " The simulation can neither go on nor be written: restore() its last state.";
-        simulation_.boundary = boundary_seen_;
-        for (std::size_t k = 0; k < failed; ++k) simulation_.boundary = advanced(simulation_.boundary, step_behind(k));
-        simulation_.now_ = at;
+        go_back_to(failed);
         simulation_.spoil();
         has_failed_ = true;
         moments_.clear();
         detail::throw_error(status.error, text);
     }
-    [[gnu::cold]] std::string text_of_particle(std::size_t k, std::uint32_t i) {
-        OnDevice& set = sets_.at(k);
+    [[gnu::cold]] std::string text_of_particle(std::size_t k, std::size_t i) {
+        std::size_t c = 0;
+        for (const auto& chunks = sets_.at(k).chunks; i >= chunks.at(c).ids.size(); ++c) i -= chunks[c].ids.size();
+        const Chunk& chunk = sets_[k].chunks[c];
         const auto of_particle = [&](const char* component) {
-            const std::vector<float> all = set.host->template read<float>(component);
+            const std::vector<float> all = chunk.host->template read<float>(component);
             Vec<double, D> value{};
             for (std::size_t a = 0; a < std::size_t(D); ++a) value[int(a)] = double(all[i * std::size_t(D) + a]);
             return value;
@@ -389,7 +455,7 @@ private:
         const Domain<D>& domain = simulation_.domain();
         const Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size,
                              v = of_particle("velocity");
-        return sentence("It is particle ", set.ids.at(i),
+        return sentence("It is particle ", chunk.ids[i],
                         sets_.size() > 1 ? sentence(" of the material ", simulation_.sets_[k].name_of_material()) : "",
                         ", which was at ", firn::detail::point_text(x.v, D), " m with velocity ",
                         firn::detail::point_text(v.v, D), " m/s.");
@@ -399,11 +465,13 @@ private:
     void bring_back() {
         check();
         if (has_failed_) simulation_.prepare();  // throws
-        if (!is_ahead_) return;
+        if (is_ahead_) bring_particles_back();
+    }
+    void bring_particles_back() {
         const int threads = simulation_.workers();
         for (std::size_t k = 0; k < sets_.size(); ++k) {
             auto& set = simulation_.sets_[k];
-            bring_back(sets_[k], set.store());
+            for (const Chunk& chunk : sets_[k].chunks) bring_back(sets_[k].program, chunk, set.store());
             set.partition = detail::partition_as_counted(simulation_.kernel(), set.store(), threads);
             set.store().reorder(set.partition, threads);
         }
@@ -411,14 +479,14 @@ private:
         is_ahead_ = false;
     }
 
-    static void bring_back(OnDevice& there, ParticleStore<float, D>& particles) {
+    static void bring_back(const wgsl::Program& program, const Chunk& chunk, ParticleStore<float, D>& particles) {
         std::vector<std::size_t> slot_of(particles.next_id()), slots;
         for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
-        for (const std::uint32_t id : there.ids) slots.push_back(slot_of[id]);
+        for (const std::uint32_t id : chunk.ids) slots.push_back(slot_of[id]);
         for (const char* name : {"motion", "affine", "stress", "state"})
-            for (const wgsl::Buffer& buffer : there.program.buffers)
+            for (const wgsl::Buffer& buffer : program.buffers)
                 if (buffer.name == name)
-                    wgsl::put_numbers<D>(buffer, there.host->template read_buffer<float>(name), slots, particles);
+                    wgsl::put_numbers<D>(buffer, chunk.host->template read_buffer<float>(name), slots, particles);
     }
 
     Simulation simulation_;
@@ -426,6 +494,8 @@ private:
     std::vector<OnDevice> sets_;    // the first one has the buffers of the grid
     Host::Sequence step_;           // the entry points of a step
     std::vector<double> boundary_;  // the parameters of the boundary that the device has
+    bool is_sparse_ = true;         // whether the device has only the blocks of nodes that particles reach
+    std::size_t blocks_ = 0;        // for which it has memory then
     double time_step_ = 0;          // that the device has; 0: not known
     std::uint32_t counted_ = 0;     // the device's number of steps at the last look at the status
     std::vector<Moment> moments_;   // before each step since the last look at the status
@@ -440,12 +510,15 @@ private:
 ///
 /// Simulations may have up to eight materials, PIC or APIC, any kernel, force form and boundary (with colliders that
 /// move); with one material also FBar or VolumeFilter. Their sums must be FixedPoint<std::int32_t>, and their steps
-/// fixed or chosen in float, see FixedPoint::float_steps. The domain's grid is dense: the device has memory for all of
-/// its nodes. What a GPU cannot do is refused in a sentence.
+/// fixed or chosen in float, see FixedPoint::float_steps. What a GPU cannot do is refused in a sentence.
+///
+/// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
+/// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
+/// shifting. Particles that do not fit into one buffer of the device are kept in several.
 /// \param device  the GPU
 /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
-/// \throws parameter_error  if steps are neither fixed nor chosen in float, if the domain is periodic, or if the device
-///                          has too little memory for the particles or the nodes
+/// \throws parameter_error  if steps are neither fixed nor chosen in float, if the domain is periodic, or if a buffer
+///                          for the nodes exceeds the device's limits
 /// \throws particle_error   if a particle is not finite or outside the domain, or too light for sums in integers
 /// \throws device_error     if there is no GPU, or if it refuses the program
 template <class Simulation>

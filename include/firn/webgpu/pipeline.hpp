@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
 
 namespace firn::inline FIRN_BUILD::webgpu::detail {
 
@@ -60,24 +62,37 @@ inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     return module;
 }
 
+/// A compiled entry point: its pipeline, and the layout of its buffers.
+struct Pipeline {
+    OwnedLayout layout;
+    OwnedPipeline pipeline;
+};
+/// A compiled program.
+struct Compiled {
+    std::map<std::string, Pipeline> pipelines;  // the key is the entry point's name
+};
+
 /// An entry point that is ready to be dispatched (started on the GPU): its pipeline, its buffers (the bind group) and
 /// the number of workgroups.
 struct Kernel {
-    OwnedPipeline pipeline;
+    WGPUComputePipeline pipeline;
     OwnedBindGroup bind_group;
     wgsl::Dispatch groups;
 };
 
 using Buffers = std::map<int, OwnedBuffer>;  // the key is the buffer's binding number
 
-/// Makes the pipeline and the bind group of entry point e, and returns them as a Kernel.
-/// \param buffers  all buffers of the program; the buffer at binding 0 contains the uniforms
-/// \param groups   number of workgroups with which the entry point will be dispatched
-/// \throws device_error  if the device refuses the entry point or its buffers; the message names the entry point
-inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const OwnedModule& module,
-                          const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {
+[[noreturn, gnu::cold]] inline void throw_of_entry_point(const wgsl::Program& program, const wgsl::EntryPoint& e,
+                                                         const std::optional<std::string>& wrong) {
+    throw device_error(
+        sentence(program.name, ".wgsl: entry point ", e.name, ": ", wrong.value_or("no reason is given")));
+}
+
+/// Makes the pipeline of entry point e.
+/// \throws device_error  if the device refuses the entry point; the message names it
+inline Pipeline make_pipeline(const Device& device, const wgsl::Program& program, const OwnedModule& module,
+                              const wgsl::EntryPoint& e) {
     std::vector<WGPUBindGroupLayoutEntry> kinds;
-    std::vector<WGPUBindGroupEntry> bound;
     for (const auto& [binding, written] : e.bindings) {
         WGPUBindGroupLayoutEntry kind{};
         kind.binding = std::uint32_t(binding);
@@ -86,19 +101,14 @@ inline Kernel make_kernel(const Device& device, const wgsl::Program& program, co
                            : written    ? WGPUBufferBindingType_Storage
                                         : WGPUBufferBindingType_ReadOnlyStorage;
         kinds.push_back(kind);
-        WGPUBindGroupEntry one{};
-        one.binding = std::uint32_t(binding);
-        one.buffer = buffers.at(binding).get();
-        one.size = WGPU_WHOLE_SIZE;
-        bound.push_back(one);
     }
-    Kernel kernel;
+    Pipeline made;
     const auto wrong = objection(device, [&] {
         WGPUBindGroupLayoutDescriptor of_layout{};
         of_layout.entryCount = kinds.size();
         of_layout.entries = kinds.data();
-        const OwnedLayout layout(wgpuDeviceCreateBindGroupLayout(device.handle(), &of_layout));
-        const WGPUBindGroupLayout layouts[] = {layout.get()};
+        made.layout.reset(wgpuDeviceCreateBindGroupLayout(device.handle(), &of_layout));
+        const WGPUBindGroupLayout layouts[] = {made.layout.get()};
         WGPUPipelineLayoutDescriptor of_layouts{};
         of_layouts.bindGroupLayoutCount = std::size(layouts);
         of_layouts.bindGroupLayouts = layouts;
@@ -108,17 +118,48 @@ inline Kernel make_kernel(const Device& device, const wgsl::Program& program, co
         of_pipeline.layout = all.get();
         of_pipeline.compute.module = module.get();
         of_pipeline.compute.entryPoint = view(e.name);
-        kernel.pipeline.reset(wgpuDeviceCreateComputePipeline(device.handle(), &of_pipeline));
+        made.pipeline.reset(wgpuDeviceCreateComputePipeline(device.handle(), &of_pipeline));
+    });
+    if (wrong || !made.pipeline) throw_of_entry_point(program, e, wrong);
+    return made;
+}
+
+/// Returns a program with all of its entry points, compiled. A device keeps what it has compiled.
+/// \throws device_error  if the device refuses the code or an entry point
+inline std::shared_ptr<const Compiled> compiled(const Device& device, const wgsl::Program& program) {
+    std::shared_ptr<const Compiled>& kept = device.compiled(program.code);
+    if (kept) return kept;
+    const OwnedModule module = compile(device, program);
+    auto all = std::make_shared<Compiled>();
+    for (const wgsl::EntryPoint& e : program.entry_points)
+        all->pipelines.emplace(e.name, make_pipeline(device, program, module, e));
+    return kept = all;
+}
+
+/// Returns entry point e with its buffers.
+/// \param buffers  all buffers of the program; the buffer at binding 0 contains the uniforms
+/// \param groups   number of workgroups with which the entry point will be dispatched
+/// \throws device_error  if the device refuses the buffers; the message names the entry point
+inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const Compiled& compiled,
+                          const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {
+    std::vector<WGPUBindGroupEntry> bound;
+    for (const auto& [binding, _] : e.bindings) {
+        WGPUBindGroupEntry one{};
+        one.binding = std::uint32_t(binding);
+        one.buffer = buffers.at(binding).get();
+        one.size = WGPU_WHOLE_SIZE;
+        bound.push_back(one);
+    }
+    const Pipeline& of = compiled.pipelines.at(e.name);
+    Kernel kernel{of.pipeline.get(), {}, groups};
+    const auto wrong = objection(device, [&] {
         WGPUBindGroupDescriptor of_group{};
-        of_group.layout = layout.get();
+        of_group.layout = of.layout.get();
         of_group.entryCount = bound.size();
         of_group.entries = bound.data();
         kernel.bind_group.reset(wgpuDeviceCreateBindGroup(device.handle(), &of_group));
     });
-    if (wrong || !kernel.pipeline || !kernel.bind_group)
-        throw device_error(
-            sentence(program.name, ".wgsl: entry point ", e.name, ": ", wrong.value_or("no reason is given")));
-    kernel.groups = groups;
+    if (wrong || !kernel.bind_group) throw_of_entry_point(program, e, wrong);
     return kernel;
 }
 
