@@ -260,9 +260,7 @@ public:
     /// \param acceleration  a vector [m/s²] or a field, as for step()
     template <class Acceleration = Vec<double, D>>
     void advance(double duration, const Acceleration& acceleration) {
-        if (!(duration >= 0) || !std::isfinite(duration))
-            throw parameter_error(
-                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+        detail::check_duration(duration);
         if constexpr (detail::require_acceleration<Acceleration, native_pack<S>, D>())
             take_steps(detail::own_acceleration<D>(acceleration), duration, std::numeric_limits<std::uint64_t>::max());
     }

@@ -11,6 +11,7 @@
 #include <firn/lagrangian/point_forces.hpp>
 #include <firn/lagrangian/surface_contact.hpp>
 #include <firn/stage/grid_update.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <atomic>
 #include <optional>
@@ -200,8 +201,7 @@ public:
     /// \throws particle_error   if step() throws it
     void advance(double duration, double dt) {
         check(dt);
-        if (!(duration >= 0) || !std::isfinite(duration))
-            throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
+        detail::check_duration(duration);
         const auto count = std::uint64_t(std::ceil(duration / dt * (1 - 1e-12)));
         if (count > 0) take_steps(duration / double(count), count);
     }

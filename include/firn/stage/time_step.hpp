@@ -58,6 +58,14 @@ inline void check_step(double dt) {
     if (!(dt >= 0) || !std::isfinite(dt))
         throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
 }
+/// Checks the time that a run is to advance.
+/// \tparam S  the scalar in which the run counts this time
+/// \throws parameter_error  if `duration` [s] is negative, or not finite as an S
+template <std::floating_point S = double>
+void check_duration(double duration) {
+    if (!(duration >= 0) || !std::isfinite(S(duration)))
+        throw parameter_error(sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+}
 }  // namespace detail
 
 /// The time that is left until a run arrives [s]: a number, and what rounding it has left out. Two floats hold 48 bits,

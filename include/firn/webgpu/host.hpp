@@ -179,9 +179,7 @@ public:
     /// \throws parameter_error  if the duration is negative or not finite
     /// \throws particle_error   if the bound is so small that steps do not change the time
     std::vector<float> advance(double duration, bool sorted = false) {
-        if (!(duration >= 0) || !std::isfinite(float(duration)))
-            throw parameter_error(
-                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+        firn::detail::check_duration<float>(duration);
         Advance advance(sequence(wgsl::step_order_of(*program_, sorted)), duration);
         std::vector<float> taken;
         double time = 0;

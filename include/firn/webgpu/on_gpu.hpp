@@ -84,9 +84,7 @@ public:
     /// \throws parameter_error  if the duration is negative or not finite
     /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
     void advance(double duration) {
-        if (!(duration >= 0) || !std::isfinite(duration))
-            throw parameter_error(
-                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
+        firn::detail::check_duration(duration);
         take_steps(duration, std::numeric_limits<std::uint64_t>::max());
         check();
     }

@@ -108,8 +108,10 @@ TEST_CASE("gravity, damping, restitution and numbers of iterations that are of n
     refused([](System& system) { system.threads = -2; }, "-2 threads");
     System system = row(1);
     for (const double dt : {0.0, -1.0, not_a_number, infinity}) CHECK_THROWS_AS(system.step(dt), parameter_error);
-    for (const double duration : {-1.0, not_a_number, infinity})
+    for (const double duration : {-1.0, not_a_number, infinity}) {
         CHECK_THROWS_AS(system.advance(duration, 1e-3), parameter_error);
+        CHECK_THROWS_WITH(system.advance(duration, 1e-3), Catch::Contains("time to advance"));
+    }
 }
 
 TEST_CASE("where no step is small enough the run warns once, and does not hang", "[lagrangian]") {
