@@ -24,6 +24,7 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -111,6 +112,19 @@ template <class T, class S, int D>
 FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
     return cast<T>(value);
 }
+
+/// Returns the components of a parameter: one number, or those of a vector.
+/// @{
+template <class S>
+    requires std::is_arithmetic_v<S>
+std::vector<double> as_doubles(S value) {
+    return {double(value)};
+}
+template <class S, int D>
+[[gnu::cold]] std::vector<double> as_doubles(const Vec<S, D>& value) {
+    return {value.v, value.v + D};
+}
+/// @}
 }  // namespace detail
 
 /// Calls f(name, unit, value) for every scalar and every vector among the parameters of a policy. The parameters of its

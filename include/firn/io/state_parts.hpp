@@ -37,16 +37,6 @@ enum class Restart {
 
 namespace detail {
 
-template <class S>
-    requires std::is_arithmetic_v<S>
-std::vector<double> as_doubles(S value) {
-    return {double(value)};
-}
-template <class S, int D>
-[[gnu::cold]] std::vector<double> as_doubles(const Vec<S, D>& value) {
-    return {value.v, value.v + D};
-}
-
 /// Returns a number, or several numbers in parentheses, with all of their digits.
 [[gnu::cold]] inline std::string numbers_text(const std::vector<double>& numbers) {
     if (numbers.size() == 1) return exact_text(numbers[0]);

@@ -1,6 +1,7 @@
 /// \file Makes the initial contents of a WGSL program's uniforms and buffers from particles on the CPU.
 #pragma once
 
+#include <firn/core/parameters.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/stage/fixed_point.hpp>
@@ -75,12 +76,7 @@ template <class Policy, class F>
 void for_numbers_of(const Policy& policy, const std::string& prefix, const F& f) {
     for_parameters(
         policy,
-        [&](const std::string& name, const char*, const auto& value) {
-            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
-                f(name, std::vector<double>{double(value)});
-            else
-                f(name, std::vector<double>{std::begin(value.v), std::end(value.v)});
-        },
+        [&](const std::string& name, const char*, const auto& value) { f(name, firn::detail::as_doubles(value)); },
         prefix + "_");
 }
 

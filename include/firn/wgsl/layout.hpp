@@ -170,19 +170,15 @@ public:
     void add_policy(const Policy& policy, const std::string& prefix) {
         for_parameters(
             policy,
-            [&](const std::string& name, const char* unit, const auto& value) { add_parameter(name, unit, value); },
+            [&](const std::string& name, const char* unit, const auto& value) {
+                std::vector<double> values = firn::detail::as_doubles(value);
+                std::string type = values.size() == 1 ? "f32" : "vec" + std::to_string(values.size()) + "<f32>";
+                add(name, std::move(type), unit, "", std::move(values));
+            },
             prefix + "_");
     }
 
 private:
-    template <class S>
-    void add_parameter(const std::string& name, const char* unit, const S& value) {
-        add(name, "f32", unit, "", {double(value)});
-    }
-    template <class S, int D>
-    void add_parameter(const std::string& name, const char* unit, const Vec<S, D>& value) {
-        add(name, "vec" + std::to_string(D) + "<f32>", unit, "", std::vector<double>(value.v, value.v + D));
-    }
     Program& program_;
 };
 
