@@ -9,12 +9,14 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/loops/wrong_particles.hpp>
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/webgpu/host.hpp>
 #include <firn/wgsl/program.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -71,8 +73,7 @@ public:
     }
 
     /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
-    /// \throws parameter_error  if a parameter of a policy is out of range; if the time step is neither fixed nor
-    /// chosen
+    /// \throws parameter_error  if a parameter of a policy is out of range; if the time step is not fixed and not chosen
     ///                          in float, see FixedPoint::float_steps; or if particles reach more blocks of nodes than
     ///                          a buffer can hold: the run is at the last step before, then
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
@@ -453,10 +454,12 @@ private:
         const Domain<D>& domain = simulation_.domain();
         const Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size,
                              v = of_particle("velocity");
-        return sentence("It is particle ", chunk.ids[i],
-                        sets_.size() > 1 ? sentence(" of the material ", simulation_.sets_[k].name_of_material()) : "",
-                        ", which was at ", firn::detail::point_text(x.v, D), " m with velocity ",
-                        firn::detail::point_text(v.v, D), " m/s.");
+        firn::detail::ParticleFacts facts{.id = chunk.ids[i], .dimension = D, .has_position = true};
+        std::copy_n(x.v, D, facts.position);
+        std::copy_n(v.v, D, facts.velocity);
+        return sentence("It is ", facts.text(),
+                        sets_.size() > 1 ? sentence(", of the material ", simulation_.sets_[k].name_of_material()) : "",
+                        ".");
     }
 
     /// Copies the particles back, if the device has taken steps since.
