@@ -87,10 +87,13 @@ protected:
                           std::string& warning);
     /// Takes a step: lets all passes act, one after the other.
     void take_passes(StepNow<S, D>& now);
+    /// Returns whether the number of steps asks for a sort before the next step. \see most_steps_between_sorts
+    bool is_sort_due_by_count() const {
+        return most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
+    }
     /// Returns whether a set must be sorted before the next step.
     bool is_sort_due(const SetOf<S, D>& set) const {
-        const bool by_count = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
-        return set.report.sort_needed || (by_count && !set.readiness.is(Readiness::sorted));
+        return set.report.sort_needed || (is_sort_due_by_count() && !set.readiness.is(Readiness::sorted));
     }
     /// Begins a step: sorts sets if it is due. \return whether the grid must be activated
     bool sort_if_due(const Ranks& ranks, int threads);

@@ -271,7 +271,7 @@ private:
     }
     void take_fixed_step(double dt) {
         simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
-        if (dt != time_step_ || has_moved() || sorts()) {
+        if (dt != time_step_ || has_moved() || simulation_.is_sort_due_by_count()) {
             submit();
             set_boundary();
             grid().set("time_step", {time_step_ = dt});
@@ -317,13 +317,9 @@ private:
         if (advance->arrived()) simulation_.now_.time = end;
     }
 
-    /// Returns whether the next step sorts by the number of steps. \see RunOf::most_steps_between_sorts
-    bool sorts() const {
-        const std::uint64_t most = simulation_.most_steps_between_sorts;
-        return most > 0 && simulation_.steps() % most == 0;
-    }
     void sort_if_due() {
-        for (std::size_t k = 0; k < sets_.size() && sorts(); ++k) grid().sort_next(k);
+        if (!simulation_.is_sort_due_by_count()) return;
+        for (std::size_t k = 0; k < sets_.size(); ++k) grid().sort_next(k);
     }
     /// Returns the parameters of a boundary.
     static std::vector<double> parameters_of(const Boundary& boundary) {
