@@ -73,7 +73,7 @@ public:
     }
 
     /// Takes one step under gravity. The time step is Simulation::fixed_time_step or, if that is 0, the bound.
-    /// \throws parameter_error  if a parameter of a policy is out of range; if the time step is not fixed and not chosen
+    /// \throws parameter_error  if a parameter of a policy is out of range; if the time step is not fixed nor chosen
     ///                          in float, see FixedPoint::float_steps; or if particles reach more blocks of nodes than
     ///                          a buffer can hold: the run is at the last step before, then
     /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named

@@ -26,7 +26,7 @@ inline std::string name_of(const Program& program) {
     return name;
 }
 
-inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage grid) {
+inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage grid = GridStorage::dense) {
     const std::string of_u32 = "vec" + std::to_string(dimension) + "<u32>",
                       of_f32 = "vec" + std::to_string(dimension) + "<f32>";
     const std::vector<double> zero(std::size_t(dimension), 0.0);
