@@ -24,8 +24,11 @@
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so; a driver of NVIDIA's rounds otherwise.
 //! - There may be up to eight materials of any kind, PIC or APIC, any kernel and force form, walls and colliders that
 //!   move; with one material also FBar or VolumeFilter. Loads, forces between particles, sources, sinks, reactions,
-//!   periodic axes, and passes of your own are refused in a sentence. The grid is dense: the device has memory for all
-//!   nodes of the domain. The state of one of several materials is `gpu.state_of_set<firn::Snow<float>>()`.
+//!   periodic axes, and passes of your own are refused in a sentence. The state of one of several materials is
+//!   `gpu.state_of_set<firn::Snow<float>>()`.
+//! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
+//!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
+//!   shifting. Particles that do not fit into one buffer are kept in several.
 //! - Particles come back only where they are asked for: by `state_of`, `totals`, `simulation` or `edit`.
 //! - An error names the step, a particle and the likely cause, as on the CPU. It comes at the latest 256 steps later.
 //!
@@ -82,9 +85,12 @@ int main() {
     //! - If an integer would overflow, or a particle leaves the domain, the program stops with an error in the buffer
     //!   `status`.
     //! - WebGPU's default limits (eight storage buffers a stage, 128 MiB a buffer) allow 3.7 million particles in 3D
-    //!   and a grid of up to 200³ nodes. With a device of higher limits, both may be larger.
-    //! - Programs support PIC and APIC, float and a dense grid. They do not support periodic axes, or meshes as
-    //!   boundaries. Each has one material; programs of several share the buffers of the grid.
+    //!   and a grid of up to 200³ nodes. With a device of higher limits, both may be larger. More particles need several
+    //!   Hosts on one grid, as `on_gpu` makes them.
+    //! - A program has all nodes of its domain, or those of blocks that particles reach
+    //!   (`firn::wgsl::GridStorage::sparse`, the last argument of `make_program`).
+    //! - Programs support PIC and APIC, and float. They do not support periodic axes, or meshes as boundaries. Each has
+    //!   one material; programs of several share the buffers of the grid.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.
