@@ -206,6 +206,30 @@ void sparse_grids() {
     check(webgpu::on_gpu(reflected, device).blocks() == 0, "mirrored walls need all nodes");
 }
 
+/// A jet whose water lives for a while, over a pool; or into an empty domain, from some time on.
+void sources(const webgpu::Device& device) {
+    const auto pouring = [](bool into_pool, double start) {
+        auto simulation = made<2>(Fluid<float>{}, 1.0 / 50, 2e-4, scenes::rough_walls<2>());
+        if (into_pool) simulation.add(sample_box<2>({0.1, 0.05}, {0.6, 0.2}, {.spacing = 0.01}), 1000);
+        auto jet = Source<2>::jet(sample_box<2>({0.4, 0.7}, {0.5, 0.71}, {.spacing = 0.01}), 0.01, 1000, {2, -3});
+        jet.start = start;
+        jet.lifespan = 0.0127;
+        simulation.add_source(std::move(jet));
+        return simulation;
+    };
+    const auto is_same = [&](const std::string& name, auto cpu) {
+        compare(name, cpu, 150, 2, device);
+        compare(name + ", in steps at their bound", bounded(cpu), 80, 3, device);
+    };
+    is_same("a jet over a pool", pouring(true, 0));
+    is_same("a jet from some time on", pouring(false, 0.0031));
+    auto cpu = bounded(pouring(true, 0.0005));
+    auto gpu = webgpu::on_gpu(cpu, device);
+    for (int k = 0; k < 40; ++k) cpu.step(), gpu.step();
+    check(cpu.bodies().size() > 3, "bursts come in single steps");
+    check_same_run("a jet, in single steps at their bound: ", cpu, gpu);
+}
+
 /// Buffers and dispatches that are too small for all particles: there are several of each.
 void small_limits() {
     const auto is_same = [](const std::string& name, auto cpu, int steps, const wgsl::Limits& limits) {
@@ -384,12 +408,6 @@ void what_is_refused() {
     refused(usage, "a load", {"loads"}, [](auto& simulation) {
         simulation.add_load(simulation.bodies()[0], [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
     });
-    refused(usage, "a source", {"sources"}, [](auto& simulation) {
-        simulation.add_source({.samples = sample_box<2>({0.1, 0.8}, {0.2, 0.9}, {.spacing = 0.01}),
-                               .density = 1000,
-                               .rate = 1,
-                               .start = 1});
-    });
     refused(usage, "a sink", {"sinks"},
             [](auto& simulation) { simulation.add_sink({.lower = {0, 0}, .upper = {0.1, 0.1}}); });
     refused(usage, "reactions", {"reactions"}, [](auto& simulation) { simulation.reactions.emplace(); });
@@ -425,6 +443,7 @@ int main() {
     try {
         runs_are_the_cpus();
         for (const bool at_bound : {false, true}) four_materials(at_bound);
+        sources(webgpu::Device());
         sparse_grids();
         small_limits();
         from_one_to_the_other();

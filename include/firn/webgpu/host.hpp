@@ -210,17 +210,29 @@ public:
             for (const auto& [host, _] : step_)
                 if (std::ranges::none_of(before_, [&](const Before& b) { return b.host == host; }))
                     before_.push_back({host, host->value_of("time_step"), host->value_of("bound_time_step")});
-            for (const Before& b : before_) b.host->set_steps({double(std::numeric_limits<float>::max())}, {2});
+            bound(std::numeric_limits<float>::max());
             first_.write_time_left(left);
             status_.time_left = double(left.high) + double(left.low);
         }
         /// Gives the uniforms their values back.
         ~Advance() {
             for (const Before& b : before_) b.host->set_steps(b.time_step, b.bounded);
+            take_until(0);
         }
         Advance(const Advance&) = delete;
         Advance& operator=(const Advance&) = delete;
 
+        /// Bounds the steps from now on, besides what the program knows.
+        /// \param longest  the longest step [s]
+        void bound(float longest) {
+            for (const Before& b : before_) b.host->set_steps({double(longest)}, {2});
+        }
+        /// Lets take() stop before the first step that leaves no more time than this.
+        /// \param left  the least time to be left [s]; 0: none
+        void take_until(float left) {
+            least_ = left;
+            for (const Before& b : before_) b.host->set("least_time_left", {double(left)});
+        }
         /// Takes steps until the program arrives, at most `most`, from 1 to 256. Waits for them; look at status(),
         /// then.
         /// \return  the steps [s], with one that has failed
@@ -243,9 +255,11 @@ public:
         const TimeLeft<float>& left() const { return left_; }      ///< Returns the time left, as the device has it.
         bool arrived() const { return !(status_.time_left > 0); }  ///< Returns whether no time is left.
         /// Returns how many steps of so many seconds to take next: those past the end do nothing, but take time, so no
-        /// more than seem to be needed.
+        /// more than seem to be needed. At first, when no step is known (0), it is one submission.
         int wanted(float step) const {
-            const double submissions = std::ceil(status_.time_left / double(step) / in_one_submission);
+            if (!(step > 0)) return in_one_submission;
+            const double submissions =
+                std::ceil((status_.time_left - double(least_)) / double(step) / in_one_submission);
             return int(std::clamp(submissions, 1.0, double(between_checks / in_one_submission))) * in_one_submission;
         }
 
@@ -257,6 +271,7 @@ public:
         Sequence step_;
         Host& first_;
         TimeLeft<float> left_;
+        float least_ = 0;  // time to be left [s]
         std::vector<Before> before_;
         Status status_{};
     };

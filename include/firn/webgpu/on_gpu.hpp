@@ -60,6 +60,7 @@ template <class Simulation>
 class OnGpu {
     static_assert(firn::detail::require_gpu<Simulation>());
     static constexpr int D = Simulation::dimension;
+    static constexpr float longest_step = std::numeric_limits<float>::max();  // [s]
     using Kernel = typename Simulation::kernel_type;
     using Force = typename Simulation::force_type;
     using Transfer = decltype(std::declval<Simulation&>().transfer);
@@ -166,9 +167,7 @@ private:
         }
         for (const auto& set : simulation_.sets()) {
             if (set.loads || set.forces) refuse("loads, or forces between particles");
-            if (!set.sources.empty() || !set.sinks.empty()) refuse("sources and sinks");
-            for (const Body& body : set.bodies)
-                if (std::isfinite(body.end)) refuse("lifespans of bodies");
+            if (!set.sinks.empty()) refuse("sinks");
         }
         if (simulation_.reactions) refuse("reactions of the boundary");
         if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
@@ -182,7 +181,7 @@ private:
         check_simulation();
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
-        blocks_ = std::max(blocks_, simulation_.grid().block_count());
+        blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
         is_sparse_ = has_many_empty_blocks();
         simulation_.for_materials([&](const auto& set, std::size_t) {
             is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
@@ -204,6 +203,7 @@ private:
         time_step_ = 0;
         counted_ = 0;
         is_edited_ = has_failed_ = is_ahead_ = false;
+        is_fresh_ = true;
     }
 
     /// Returns whether a dense grid does not fit, or has more than twice as many blocks as particles need.
@@ -279,42 +279,80 @@ private:
         }
         ++waiting_;
         move_on(dt);
+        if (is_event_due()) end_events();
     }
 
-    /// Takes steps at their bound, which the device chooses.
+    /// Takes steps at their bound, which the device chooses. The CPU finds the bound of the first step after the
+    /// particles came to the device, and of those that come near a burst of a source or the end of a body.
     void take_bounded_steps(double duration, std::uint64_t last_step) {
         constexpr double long_enough = 1e30;  // [s]
         const double end = simulation_.time() + duration;
         if (!(end > simulation_.time())) return;
         check();
-        const std::uint64_t most_between_sorts = simulation_.most_steps_between_sorts;
         auto advance = std::make_unique<Host::Advance>(step_, std::min(duration, long_enough));
+        const auto renew = [&](const auto& change) {
+            const TimeLeft<float> left = advance->left();
+            advance.reset();  // before its Hosts go
+            change();
+            advance = std::make_unique<Host::Advance>(step_, left);
+        };
+        bool has_paused = false;
         for (float dt = 0; !advance->arrived() && simulation_.steps() != last_step;) {
             set_boundary();
             sort_if_due();
-            const std::uint64_t steps = simulation_.steps();
-            std::uint64_t most =
-                std::min(last_step - steps, std::uint64_t(dt > 0 ? advance->wanted(dt) : Host::in_one_submission));
-            if (most_between_sorts > 0) most = std::min(most, most_between_sorts - steps % most_between_sorts);
-            if (moves()) most = 1;
-            const std::vector<float> taken = advance->take(int(most));
+            const bool by_cpu = has_paused || is_fresh_;
+            const double left_then = advance->status().time_left - (next_event() - simulation_.time());
+            const float least = by_cpu || !(left_then > 0) ? 0 : float(left_then * (1 + 1e-6));
+            advance->take_until(least);
+            advance->bound(by_cpu ? float(std::min<double>(simulation_.find_bound(simulation_.gravity), longest_step))
+                                  : longest_step);
+            const std::vector<float> taken = advance->take(by_cpu ? 1 : most_steps(advance->wanted(dt), last_step));
             for (const float step : taken) move_on(double(dt = step));
             const Status status = advance->status();
             counted_ = status.steps;
             if (status.error == wgsl::detail::blocks_error) {
-                const TimeLeft<float> left = advance->left();
-                advance.reset();  // before its Hosts go
-                grow(status, taken.size());
-                advance = std::make_unique<Host::Advance>(step_, left);
+                renew([&] { grow(status, taken.size()); });
                 continue;
             }
+            has_paused = least > 0 && taken.empty() && status.error == 0;
+            if (has_paused) continue;
             if (status.error == 0 && (taken.empty() || !(simulation_.time() > moments_.back().time)))
                 firn::detail::throw_no_step(dt, simulation_.time(), simulation_.steps(),
                                             sentence("The fastest signal has ", status.signal_speed, " m/s."));
             see(status, taken.size());
+            is_fresh_ = false;
+            if (is_event_due()) renew([&] { end_events(); });
         }
         time_step_ = 0;
         if (advance->arrived()) simulation_.now_.time = end;
+    }
+    /// Returns how many steps to take at once, of those that are wanted.
+    int most_steps(int wanted, std::uint64_t last_step) const {
+        const std::uint64_t steps = simulation_.steps(), between_sorts = simulation_.most_steps_between_sorts;
+        std::uint64_t most = std::min(last_step - steps, std::uint64_t(wanted));
+        if (between_sorts > 0) most = std::min(most, between_sorts - steps % between_sorts);
+        return moves() ? 1 : int(most);
+    }
+
+    /// Returns the time of the next burst of a source or end of a body [s]; infinite if there is none.
+    double next_event() const {
+        double next = std::numeric_limits<double>::infinity();
+        for (const auto& set : simulation_.sets()) {
+            next = std::min(next, set.next_burst());
+            for (const Body& body : set.bodies)
+                if (body.count > 0) next = std::min(next, body.end);
+        }
+        return next;
+    }
+    bool is_event_due() const { return next_event() <= simulation_.time(); }
+    /// Lets bodies end and sources give particles, on the CPU, after the steps so far.
+    void end_events() {
+        check();
+        if (!is_event_due()) return;
+        if (is_ahead_) bring_particles_back();
+        simulation_.end_step(simulation_.ranks(), simulation_.workers());
+        is_edited_ = true;
+        upload();
     }
 
     void sort_if_due() {
@@ -499,6 +537,7 @@ private:
     Boundary boundary_seen_;        // at the last look at the status
     int waiting_ = 0;               // steps that were not yet given to the device
     bool is_edited_ = false, has_failed_ = false;
+    bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
 };
 

@@ -83,6 +83,7 @@ fn bound_time_step(bound: f32) {
 /// the last step, the acceleration that of the last step.
 fn choose_time_step() {
     chosen = TimeStep(params.time_step, params.place_per_velocity);
+    if (params.bound_time_step == 2u) { chosen.place_per_velocity = place_per_velocity_of(params.time_step); }
     let speed = max(bitcast<f32>(atomicLoad(&status[2])), params.boundary_speed);
     let acceleration = bitcast<f32>(atomicLoad(&status[19]));
     if (params.bound_time_step != 0u) {
@@ -93,8 +94,12 @@ fn choose_time_step() {
         let left = TimeLeft(bitcast<f32>(atomicLoad(&status[21])), bitcast<f32>(atomicLoad(&status[22])));
         let within = step_within(left, chosen.time_step);
         bound_time_step(within.step);
-        atomicStore(&status[21], bitcast<u32>(within.left.high));
-        atomicStore(&status[22], bitcast<u32>(within.left.low));
+        if (params.least_time_left > 0.0f && left.high - within.step <= params.least_time_left) {
+            bound_time_step(0.0f);
+        } else {
+            atomicStore(&status[21], bitcast<u32>(within.left.high));
+            atomicStore(&status[22], bitcast<u32>(within.left.low));
+        }
     }
     atomicStore(&status[9], bitcast<u32>(chosen.time_step));
     atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));

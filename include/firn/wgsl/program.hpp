@@ -42,6 +42,8 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage gri
     uniforms.add("bound_time_step", "u32", "1",
                  "1: no step is longer than the stable one; 2: nor longer than the time left", {0});
     uniforms.add("set_number", "u32", "1", "number of this set of particles, of those on one grid", {0});
+    uniforms.add("least_time_left", "f32", "s",
+                 "with bound_time_step 2, if positive: no step is taken that leaves less", {0});
     uniforms.add("first_particle", "u32", "1", "index of particle 0 of this buffer in its set of particles", {0});
     uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
     if (grid == GridStorage::sparse) uniforms.add("blocks", "u32", "1", "most blocks of 4^D nodes", {0});
