@@ -23,8 +23,9 @@
 //! - Where the device rounds as IEEE 754 says, and the program is compiled with `-ffp-contract=off`, the run has the
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so; a driver of NVIDIA's rounds otherwise.
 //! - There may be up to eight materials of any kind, PIC or APIC, any kernel and force form, walls and colliders that
-//!   move; with one material also FBar or VolumeFilter. Loads, forces between particles, sources, sinks, reactions,
-//!   periodic axes, and passes of your own are refused in a sentence. The state of one of several materials is
+//!   move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: a run
+//!   waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads, forces between particles,
+//!   reactions, periodic axes, and passes of your own are refused in a sentence. The state of one of several materials is
 //!   `gpu.state_of_set<firn::Snow<float>>()`.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
 //!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

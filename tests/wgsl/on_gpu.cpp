@@ -54,7 +54,7 @@ template <class Simulation>
 void compare(const std::string& name, Simulation cpu, int steps, int parts = 2,
              const webgpu::Device& device = webgpu::Device()) {
     auto gpu = webgpu::on_gpu(cpu, device);
-    check_same_run(name + ", before: ", cpu, gpu);
+    if (!firn::state_of(cpu).id.empty()) check_same_run(name + ", before: ", cpu, gpu);
     for (int k = 0; k < parts; ++k) {
         const double step = cpu.fixed_time_step > 0 ? cpu.fixed_time_step : cpu.stable_time_step();
         const double duration = (steps / parts - 0.5) * step;
@@ -215,6 +215,10 @@ void sources(const webgpu::Device& device) {
         jet.start = start;
         jet.lifespan = 0.0127;
         simulation.add_source(std::move(jet));
+        if (into_pool) {
+            simulation.add_sink({.lower = {0.5, 0}, .upper = {0.55, 0.15}});  // in the pool from the beginning
+            simulation.add_sink({.lower = {0.3, 0.69}, .upper = {0.7, 0.69}});
+        }
         return simulation;
     };
     const auto is_same = [&](const std::string& name, auto cpu) {
@@ -228,6 +232,10 @@ void sources(const webgpu::Device& device) {
     for (int k = 0; k < 40; ++k) cpu.step(), gpu.step();
     check(cpu.bodies().size() > 3, "bursts come in single steps");
     check_same_run("a jet, in single steps at their bound: ", cpu, gpu);
+    const auto state = firn::state_of(gpu);
+    const auto pool = cpu.bodies()[0].count;
+    const auto left = std::ranges::count_if(state.id, [&](std::uint32_t id) { return id < pool; });
+    check(left > 0 && std::uint32_t(left) < pool - 50, "a sink takes from the pool", sentence(left, " of ", pool));
 }
 
 /// Buffers and dispatches that are too small for all particles: there are several of each.
@@ -408,8 +416,6 @@ void what_is_refused() {
     refused(usage, "a load", {"loads"}, [](auto& simulation) {
         simulation.add_load(simulation.bodies()[0], [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
     });
-    refused(usage, "a sink", {"sinks"},
-            [](auto& simulation) { simulation.add_sink({.lower = {0, 0}, .upper = {0.1, 0.1}}); });
     refused(usage, "reactions", {"reactions"}, [](auto& simulation) { simulation.reactions.emplace(); });
     refused(parameter, "steps at their bound in double", {"execution.float_steps", "fixed_time_step"},
             [](auto& simulation) { simulation.fixed_time_step = 0; });

@@ -167,7 +167,6 @@ private:
         }
         for (const auto& set : simulation_.sets()) {
             if (set.loads || set.forces) refuse("loads, or forces between particles");
-            if (!set.sinks.empty()) refuse("sinks");
         }
         if (simulation_.reactions) refuse("reactions of the boundary");
         if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
@@ -222,7 +221,8 @@ private:
         OnDevice& there = sets_[k];
         there.program = wgsl::make_program<Kernel, Transfer, Force, D>(
             set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume,
-            64, simulation_.transfer, is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense);
+            64, simulation_.transfer, is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense,
+            int(set.sinks.size()));
         const std::size_t all = set.particles.size(), most = wgsl::most_particles(there.program, device_.limits());
         const std::size_t chunks = std::max<std::size_t>(1, (all + most - 1) / most),
                           each = (all + chunks - 1) / chunks;
@@ -232,6 +232,7 @@ private:
             wgsl::Inputs inputs = wgsl::make_inputs<D>(there.program, simulation_.domain(), set.particles,
                                                        simulation_.fixed_time_step, device_.limits(), blocks_, share);
             inputs.set("set_number", {double(k)});
+            wgsl::set_sinks(inputs, simulation_.domain(), set.sinks);
             inputs.set("first_particle", {double(share.first)});
             inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
             inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
@@ -310,8 +311,8 @@ private:
             for (const float step : taken) move_on(double(dt = step));
             const Status status = advance->status();
             counted_ = status.steps;
-            if (status.error == wgsl::detail::blocks_error) {
-                renew([&] { grow(status, taken.size()); });
+            if (is_interrupted(status)) {
+                renew([&] { go_on_from(status, taken.size()); });
                 continue;
             }
             has_paused = least > 0 && taken.empty() && status.error == 0;
@@ -350,6 +351,7 @@ private:
         check();
         if (!is_event_due()) return;
         if (is_ahead_) bring_particles_back();
+        for (auto& set : simulation_.sets_) set.places_before.clear();  // no sink was met
         simulation_.end_step(simulation_.ranks(), simulation_.workers());
         is_edited_ = true;
         upload();
@@ -398,17 +400,22 @@ private:
         for (submit(); !moments_.empty(); submit()) {
             const Status status = grid().status();
             const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
-            if (status.error != wgsl::detail::blocks_error) return see(status, taken);
-            for (const double dt : grow(status, taken)) {
+            if (!is_interrupted(status)) return see(status, taken);
+            for (const double dt : go_on_from(status, taken)) {
                 take_fixed_step(dt);
                 if (waiting_ == Host::in_one_submission) submit();
             }
         }
     }
-    /// Gives the grid on the device memory for more blocks, after the steps for which it had enough.
-    /// \param taken  number of these steps since the last look
+    /// Returns whether the device has stopped for the CPU to do something: without blocks for the grid, or at a sink.
+    static bool is_interrupted(const Status& status) {
+        return status.error == wgsl::detail::blocks_error ||
+               (status.meets_sink && (status.error == 0 || status.error == wgsl::detail::sink_error));
+    }
+    /// Does what the device has stopped for: gives the grid memory for more blocks, or removes what has met a sink.
+    /// \param taken  number of steps since the last look
     /// \return the steps [s] that were begun after them, and which are to be taken again
-    std::vector<double> grow(const Status& status, std::size_t taken) {
+    std::vector<double> go_on_from(const Status& status, std::size_t taken) {
         std::vector<double> again;
         for (std::size_t k = taken; k < moments_.size(); ++k) again.push_back(step_behind(k));
         if (!again.empty()) go_back_to(taken);
@@ -416,7 +423,11 @@ private:
         moments_.clear();
         is_edited_ = true;
         bring_particles_back();
-        blocks_ *= 2;
+        if (status.error == wgsl::detail::blocks_error) blocks_ *= 2;
+        if (status.meets_sink) {
+            for (std::size_t k = 0; k < sets_.size(); ++k) read_places_before(sets_[k], simulation_.sets_[k]);
+            simulation_.end_step(simulation_.ranks(), simulation_.workers());
+        }
         upload();
         return again;
     }
@@ -524,6 +535,21 @@ private:
                     wgsl::put_numbers<D>(buffer, chunk.host->template read_buffer<float>(name), slots, particles);
     }
 
+    /// Gives a set the places of its particles before the last step, for its sinks.
+    template <class Set>
+    static void read_places_before(const OnDevice& there, Set& set) {
+        if (there.program.sinks == 0) return;
+        const ParticleStore<float, D>& particles = set.store();
+        set.places_before.assign(particles.used_slots(), {});
+        std::vector<std::size_t> slot_of(particles.next_id());
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
+        for (const Chunk& chunk : there.chunks) {
+            const std::vector<float> places = chunk.host->template read<float>(wgsl::detail::place_before);
+            for (std::size_t i = 0; i < chunk.ids.size(); ++i)
+                std::copy_n(&places[i * std::size_t(D)], D, set.places_before[slot_of[chunk.ids[i]]].v);
+        }
+    }
+
     Simulation simulation_;
     Device device_;
     std::vector<OnDevice> sets_;    // the first one has the buffers of the grid
@@ -545,8 +571,10 @@ private:
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
 /// Simulations may have up to eight materials, PIC or APIC, any kernel, force form and boundary (with colliders that
-/// move); with one material also FBar or VolumeFilter. Their sums must be FixedPoint<std::int32_t>, and their steps
-/// fixed or chosen in float, see FixedPoint::float_steps. What a GPU cannot do is refused in a sentence.
+/// move); with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: where a
+/// burst is due, a body ends or a particle may have met a sink, the particles come there and back. Their sums must be
+/// FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see FixedPoint::float_steps. What a GPU cannot
+/// do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

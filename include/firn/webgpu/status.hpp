@@ -34,6 +34,7 @@ struct Status {
     float largest_acceleration;   ///< largest acceleration of the field at a node that limits the time step [m/s²]
     double time_left;             ///< time left of the last advance() [s]; 0 when it has arrived
     std::uint32_t steps;          ///< number of steps since the last advance() or begin(), or since initialise()
+    bool meets_sink;              ///< whether a particle may have met a sink in the last step
     std::uint32_t set;            ///< number of the set of particles that has the error
     std::vector<G2PReport> sets;  ///< the report of each set, in the order of the uniform "set_number"
 };
@@ -68,6 +69,7 @@ inline Status status_of(const std::vector<std::uint32_t>& words) {
             .largest_acceleration = number(19),
             .time_left = double(number(left)) + double(number(left + 1)),
             .steps = words.at(wgsl::detail::steps_word),
+            .meets_sink = words.at(wgsl::detail::sink_word) != 0,
             .set = words.at(27),
             .sets = std::move(sets)};
 }

@@ -124,12 +124,15 @@ void set_room(Inputs& inputs, const Program& program, const Domain<D>& domain) {
 }
 
 /// Calls f(component, k, field) for each number that a buffer has of a particle, in their order: component k of a
-/// field, whose index in the table is `field`; table.size() for the corner of a particle's block, which is no field.
+/// field, whose index in the table is `field`. Two are no fields: table.size() is the corner of a particle's block,
+/// table.size() + 1 its place before the step.
 template <class F>
 void for_numbers_in(const Buffer& buffer, const FieldTable& table, const F& f) {
     for (const Component& component : buffer.components) {
         const auto is_it = [&](const FieldInfo& field) { return field.name == component.name; };
-        const auto field = std::size_t(std::ranges::find_if(table, is_it) - table.begin());
+        const bool is_before = component.name == place_before;
+        const auto field =
+            is_before ? table.size() + 1 : std::size_t(std::ranges::find_if(table, is_it) - table.begin());
         for (int k = 0; k < component.count; ++k) f(k, field);
     }
 }
@@ -260,14 +263,33 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         numbers.reserve(count * std::size_t(buffer.count));
         detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {
             for (const std::size_t slot : slots)
-                numbers.push_back(field < table.size() ? particles.number(field, slot, k)
-                                                       : float(block_size * particles.block(slot)[std::size_t(k)]));
+                numbers.push_back(field < table.size()    ? particles.number(field, slot, k)
+                                  : field == table.size() ? float(block_size * particles.block(slot)[std::size_t(k)])
+                                                          : 0.0F);
         });
         inputs.buffers.emplace_back(buffer.name, std::move(numbers));
     }
 
     inputs.buffers.emplace_back("coordinates", detail::node_coordinates(domain, inputs.nodes));
     return inputs;
+}
+
+/// Sets the uniforms of the sinks of a program. A sink is larger there by what rounding to float could hide.
+/// \param sinks  boxes with the corners `lower` and `upper` [m], such as firn::Sink
+template <int D, class Sinks>
+void set_sinks(Inputs& inputs, const Domain<D>& domain, const Sinks& sinks) {
+    constexpr double far = 1e30;  // [cells]
+    for (std::size_t k = 0; k < sinks.size(); ++k) {
+        std::vector<double> lower, upper;
+        for (int a = 0; a < D; ++a) {
+            const double more = 0.01 + 0x1p-20 * domain.cells(a);
+            const auto in_cells = [&](double x) { return (x - domain.lower[a]) / domain.cell_size; };
+            lower.push_back(std::clamp(in_cells(sinks[k].lower[a]) - more, -far, far));
+            upper.push_back(std::clamp(in_cells(sinks[k].upper[a]) + more, -far, far));
+        }
+        inputs.set(sentence("sink_", k, "_lower"), lower);
+        inputs.set(sentence("sink_", k, "_upper"), upper);
+    }
 }
 
 /// Copies the numbers of a buffer of a program back into particles on the CPU.

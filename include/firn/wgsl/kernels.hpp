@@ -21,9 +21,9 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
 // step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left, 23
-// steps taken, 27 the set with the error, 32 to 287 time steps. Four words of each set of particles follow: whether a
-// particle has left its block, in this step, in the last one, and by shifting; and the set's largest signal speed.
-// Numbers are f32 bits: of positive ones the order is the same.
+// steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 32 to 287 time steps.
+// Four words of each set of particles follow: whether a particle has left its block, in this step, in the last one, and
+// by shifting; and the set's largest signal speed. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -111,6 +111,7 @@ fn read_time_step() {
 
 @compute @workgroup_size(1)
 fn begin_step() {
+    if (atomicLoad(&status[26]) != 0u) { fail(${SINK_ERROR}u, 0xffffffffu); }
     if (failed()) { return; }
     choose_time_step();
     if (stopped()) { return; } // what the last step has measured is for the step that comes when there is time again
@@ -459,7 +460,7 @@ fn g2p(${INVOCATION}) {
             store_kirchhoff_stress(i, stress);
             store_velocity(i, taken.velocity);
             ${STORE_AFFINE}
-            store_place(i, moved.position);
+            store_place(i, moved.position);${SEE_SINKS}
             if (has_left_block(moved.position)) { atomicStore(&status[set_word(0u)], 1u); }
             atomicMax(&fastest, bitcast<u32>(speed));
         } else {

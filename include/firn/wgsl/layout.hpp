@@ -92,6 +92,7 @@ struct Program {
         field,                              ///< name of the acceleration field
         volume{};                           ///< name of the volumetric policy; empty if it is OwnVolume
     GridStorage grid = GridStorage::dense;  ///< which nodes are stored
+    int sinks = 0;                          ///< number of sinks that G2P looks for
     int workgroup_size;                     ///< number of invocations per workgroup in most entry points
     double time_step_safety;                ///< firn::time_step_safety of the kernel
     double acceleration_safety;             ///< firn::acceleration_safety
@@ -149,6 +150,7 @@ struct Facts {
     int filters_every;       ///< number of steps from one pass of this filter to the next
     bool shifts_particles;   ///< whether a pass of this filter also shifts particles, see firn::shifts_particles
     bool sparse;             ///< whether the grid is sparse, see GridStorage
+    int sinks;               ///< number of sinks that G2P looks for
     int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
@@ -241,6 +243,10 @@ inline constexpr int first_logged_step = 32, logged_steps = 256;
 /// @{
 inline constexpr int first_set_word = first_logged_step + logged_steps, words_of_set = 4, most_sets = 8;
 /// @}
+/// The name of the component of "motion" that has the place before the last step, for programs with sinks.
+inline constexpr const char* place_before = "place_before";
+/// The word of the buffer "status" that tells whether a particle may have met a sink in the last step.
+inline constexpr int sink_word = 26;
 /// The words of the buffer "status" that have the time left in two f32, and the number of steps taken.
 /// @{
 inline constexpr int time_left_word = 21, steps_word = 23;
@@ -261,6 +267,10 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
             fields.push_back({of_field, count, field.unit, {}, field.less_one});
             numbers += count;
         });
+        if (binding == motion && facts.sinks > 0) {
+            fields.push_back({place_before, facts.dimension, "cells"});
+            numbers += facts.dimension;
+        }
         add(name, "f32", binding, "particle", numbers, std::move(fields));
     };
     add_fields("motion", motion);
@@ -318,9 +328,10 @@ void for_mirror_passes(const Program& program, const F& f) {
     }
 }
 
-/// The error codes of a program whose mirrored walls do not fit the grid, and of a sparse grid that has too few blocks.
+/// The error codes of a program whose mirrored walls do not fit the grid, of a sparse grid that has too few blocks, and
+/// of a step after one in which a particle may have met a sink.
 /// @{
-inline constexpr int mirror_error = 6, blocks_error = 7;
+inline constexpr int mirror_error = 6, blocks_error = 7, sink_error = 8;
 /// @}
 
 /// Returns the name of the entry point of the k-th pass of mirrored walls.

@@ -24,8 +24,10 @@ inline const std::vector<std::string> error_sentences{
     "A mirrored wall lies on no plane of nodes, or less than 3 cells from another one. Move the wall, or choose cells "
     "that divide the domain.",
     "The particles reach more blocks of nodes than the sparse grid has memory for. Give its uniform 'blocks' a larger "
-    "value."};
-static_assert(detail::mirror_error == 6 && detail::blocks_error == 7, "numbers of sentences, counted from 1");
+    "value.",
+    "A particle may have met a sink in the step before: look whether it is to be removed, and clear the status."};
+static_assert(detail::mirror_error == 6 && detail::blocks_error == 7 && detail::sink_error == 8,
+              "numbers of sentences, counted from 1");
 
 namespace detail {
 
@@ -229,7 +231,8 @@ inline std::string manifest(const Program& program) {
         json.key("errors").object([&] {
             for (int e = 1; e <= int(error_sentences.size()); ++e)
                 if ((e != detail::mirror_error || !program.mirrors.empty()) &&
-                    (e != detail::blocks_error || program.grid == GridStorage::sparse))
+                    (e != detail::blocks_error || program.grid == GridStorage::sparse) &&
+                    (e != detail::sink_error || program.sinks > 0))
                     json.field(std::to_string(e).c_str(), error_sentences[std::size_t(e) - 1]);
         });
     });

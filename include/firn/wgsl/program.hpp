@@ -100,9 +100,10 @@ consteval bool require_program() {
 
 /// Returns an empty program with the names of its policies.
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
-Program named_program(GridStorage grid) {
+Program named_program(GridStorage grid, int sinks) {
     Program program;
     program.grid = grid;
+    program.sinks = sinks;
     program.dimension = D;
     program.kernel = Kernel::name;
     program.transfer = Transfer::name;
@@ -176,12 +177,16 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 ///                          invocations
 /// \param transfer         the transfer with its parameters, which become uniforms
 /// \param grid             which nodes the program stores
+/// \param sinks            number of sinks, whose corners are uniforms. After a step in which a particle may have met
+///                         one, no step is taken: the host removes it, and clears the status. The component
+///                         "place_before" of a particle is its place before the step
 /// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
 /// \throws usage_error      if the grid cannot be sparse. \see can_be_sparse
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
-                     int workgroup_size = 64, const Transfer& transfer = {}, GridStorage grid = GridStorage::dense) {
+                     int workgroup_size = 64, const Transfer& transfer = {}, GridStorage grid = GridStorage::dense,
+                     int sinks = 0) {
     static_assert(detail::require_program<Kernel, Transfer, D, Material, Boundary, Field, Volume>());
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
@@ -207,9 +212,10 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       every,
                       shifts,
                       grid == GridStorage::sparse,
+                      sinks,
                       workgroup_size};
 
-    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(grid);
+    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(grid, sinks);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
@@ -221,6 +227,10 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(field, "field");
     uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
+    for (int k = 0; k < sinks; ++k)
+        for (const char* end : {"_lower", "_upper"})
+            uniforms.add("sink_" + std::to_string(k) + end, "vec" + std::to_string(D) + "<f32>", "cells",
+                         "corner of a sink, from that of the domain", std::vector<double>(std::size_t{D}, 0.0));
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
     detail::add_buffers(program, facts, table);

@@ -94,6 +94,7 @@ public:
                (facts_.sparse ? "" : filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}})) +
                filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
+                                  {"SEE_SINKS", see_sinks()},
                                   {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))",
                                                     facts_.sum_gradients)}});
     }
@@ -272,6 +273,20 @@ private:
                "atomicStore(&status[20], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
                "bitcast<f32>(atomicLoad(&status[2])))));";
     }
+    /// Returns the WGSL statements of G2P that keep the place before the step, and tell whether the way from there to
+    /// the new place may meet a sink: the CPU decides it in double. No text without sinks.
+    std::string see_sinks() const {
+        if (facts_.sinks == 0) return "";
+        std::string text = indented(3) + "store_place_before(i, place);" + indented(3) +
+                           "let least = min(place, moved.position) + corner;" + indented(3) +
+                           "let most = max(place, moved.position) + corner;";
+        for (int k = 0; k < facts_.sinks; ++k) {
+            const std::string sink = "params.sink_" + std::to_string(k);
+            text += indented(3) + "if (all(most >= " + sink + "_lower) && all(least <= " + sink +
+                    "_upper)) { atomicStore(&status[" + std::to_string(sink_word) + "], 1u); }";
+        }
+        return text;
+    }
     bool sums_rates() const { return facts_.averages_volume || facts_.filters_volume; }
     /// Returns the WGSL condition under which the passes of the volumetric policy do nothing.
     std::string idle() const { return facts_.filters_volume ? "filter_rests()" : "stopped()"; }
@@ -351,6 +366,7 @@ private:
             {"AT_IN_BLOCK", entry_at("in_block", vec("u32"), of_block_u32)},
             {"NEIGHBOUR", vec("i32") + "(" + entry_at("k", vec("u32"), of_pair_u32) + ")"},
             {"AROUND", std::to_string(power(2))},
+            {"SINK_ERROR", std::to_string(sink_error)},
             {"BLOCKS_ERROR", std::to_string(blocks_error)},
             {"UVEC", vec("u32")},
             {"COORDINATES", "coordinates[at.x], coordinates[params.nodes.x + at.y]" +
@@ -473,6 +489,8 @@ std::string particle_accessors(const Program& program, const FieldTable& table, 
             text += field_accessors<D>(field.shape, name, buffer.name, buffer.binding != constants, first);
             first += field.components(D);
         });
+        if (buffer.binding == motion && program.sinks > 0)
+            text += field_accessors<D>(FieldShape::vector, place_before, buffer.name, true, first);
     }
     return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
