@@ -12,8 +12,7 @@
 #include <firn/loops/wrong_particles.hpp>
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
-#include <firn/sort/partition.hpp>
-#include <firn/webgpu/host.hpp>
+#include <firn/webgpu/set_on_device.hpp>
 #include <firn/wgsl/program.hpp>
 
 #include <algorithm>
@@ -26,26 +25,6 @@
 #include <vector>
 
 namespace firn::inline FIRN_BUILD::webgpu {
-
-namespace detail {
-
-/// Returns the partition of particles by the blocks from which their places are counted now. No place is counted anew,
-/// as sort_particles() does.
-template <std::floating_point S, int D>
-BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<S, D>& particles, int threads) {
-    const PlacesOfParticles<S> places = particles.places();
-    BlockSort<D> sort(places.slots, places.id, threads, particles.room());
-    sort.look([&](std::size_t i) { return places.is_particle(i); },
-              [&](std::size_t first, std::size_t count, BlockCells& cells) {
-                  const S in_first_cell[D][pack_size] = {};
-                  for (std::size_t l = 0; l < pack_size; ++l)
-                      cells.origin[l] = l < count && places.is_particle(first + l) ? places.block_key(first + l) : 0;
-                  find_cells<S, D>(in_first_cell, cells);
-              });
-    return sort.partition(kernel.colours);
-}
-
-}  // namespace detail
 
 /// A simulation whose steps a GPU takes. Make one with on_gpu().
 ///
@@ -142,16 +121,6 @@ public:
     }
 
 private:
-    /// Particles of a set that fit into one buffer of the device.
-    struct Chunk {
-        std::unique_ptr<Host> host{};
-        std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
-    };
-    /// What the device has of a set of particles.
-    struct OnDevice {
-        wgsl::Program program;
-        std::vector<Chunk> chunks{};
-    };
     Host& grid() { return *sets_[0].chunks[0].host; }  // which has the buffers of the grid
 
     /// Throws if the simulation has something that steps on the GPU do not do.
@@ -189,8 +158,8 @@ private:
         simulation_.for_materials([&](const auto& set, std::size_t k) { upload(set, k); });
         step_.clear();
         for (const std::string& name : wgsl::step_order_of(sets_[0].program))
-            for (const OnDevice& set : sets_)
-                for (const Chunk& chunk : set.chunks)
+            for (const detail::SetOnDevice<D>& set : sets_)
+                for (const detail::Chunk& chunk : set.chunks)
                     if (chunk.host.get() == &grid() || set.program.entry_point(name).per == "particle")
                         step_.emplace_back(chunk.host.get(), name);
         std::vector<G2PReport> reports;
@@ -218,36 +187,17 @@ private:
     /// Takes set k of particles to the device.
     template <class Set>
     void upload(const Set& set, std::size_t k) {
-        OnDevice& there = sets_[k];
-        there.program = wgsl::make_program<Kernel, Transfer, Force, D>(
+        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
             set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume,
             64, simulation_.transfer, is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense,
             int(set.sinks.size()));
-        const std::size_t all = set.particles.size(), most = wgsl::most_particles(there.program, device_.limits());
-        const std::size_t chunks = std::max<std::size_t>(1, (all + most - 1) / most),
-                          each = (all + chunks - 1) / chunks;
-        there.chunks.resize(chunks);
-        for (std::size_t c = 0; c < chunks; ++c) {
-            const wgsl::Share share{c * each, each};
-            wgsl::Inputs inputs = wgsl::make_inputs<D>(there.program, simulation_.domain(), set.particles,
-                                                       simulation_.fixed_time_step, device_.limits(), blocks_, share);
+        const auto set_uniforms = [&](wgsl::Inputs& inputs) {
             inputs.set("set_number", {double(k)});
-            wgsl::set_sinks(inputs, simulation_.domain(), set.sinks);
-            inputs.set("first_particle", {double(share.first)});
             inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
             inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
-            Chunk& chunk = there.chunks[c];
-            chunk.ids.clear();
-            for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles, share))
-                chunk.ids.push_back(set.particles.id(slot));
-            Host* const grid = k + c > 0 ? &this->grid() : nullptr;
-            if (chunk.host && chunk.host->is_for(there.program, inputs, grid)) {
-                chunk.host->take(inputs);
-                continue;
-            }
-            chunk.host.reset();
-            chunk.host = std::make_unique<Host>(device_, there.program, inputs, grid);
-        }
+        };
+        sets_[k].take(device_, std::move(program), simulation_.domain(), set, simulation_.fixed_time_step, blocks_,
+                      set_uniforms, k > 0 ? &grid() : nullptr);
     }
 
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
@@ -425,7 +375,7 @@ private:
         bring_particles_back();
         if (status.error == wgsl::detail::blocks_error) blocks_ *= 2;
         if (status.meets_sink) {
-            for (std::size_t k = 0; k < sets_.size(); ++k) read_places_before(sets_[k], simulation_.sets_[k]);
+            for (std::size_t k = 0; k < sets_.size(); ++k) sets_[k].read_places_before(simulation_.sets_[k]);
             simulation_.end_step(simulation_.ranks(), simulation_.workers());
         }
         upload();
@@ -487,9 +437,7 @@ private:
         detail::throw_error(status.error, text);
     }
     [[gnu::cold]] std::string text_of_particle(std::size_t k, std::size_t i) {
-        std::size_t c = 0;
-        for (const auto& chunks = sets_.at(k).chunks; i >= chunks.at(c).ids.size(); ++c) i -= chunks[c].ids.size();
-        const Chunk& chunk = sets_[k].chunks[c];
+        const detail::Chunk& chunk = sets_.at(k).chunk_of(i);
         const auto of_particle = [&](const char* component) {
             const std::vector<float> all = chunk.host->template read<float>(component);
             Vec<double, D> value{};
@@ -517,7 +465,7 @@ private:
         const int threads = simulation_.workers();
         for (std::size_t k = 0; k < sets_.size(); ++k) {
             auto& set = simulation_.sets_[k];
-            for (const Chunk& chunk : sets_[k].chunks) bring_back(sets_[k].program, chunk, set.store());
+            sets_[k].bring_back(set.store());
             set.partition = detail::partition_as_counted(simulation_.kernel(), set.store(), threads);
             set.store().reorder(set.partition, threads);
         }
@@ -525,43 +473,18 @@ private:
         is_ahead_ = false;
     }
 
-    static void bring_back(const wgsl::Program& program, const Chunk& chunk, ParticleStore<float, D>& particles) {
-        std::vector<std::size_t> slot_of(particles.next_id()), slots;
-        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
-        for (const std::uint32_t id : chunk.ids) slots.push_back(slot_of[id]);
-        for (const char* name : {"motion", "affine", "stress", "state"})
-            for (const wgsl::Buffer& buffer : program.buffers)
-                if (buffer.name == name)
-                    wgsl::put_numbers<D>(buffer, chunk.host->template read_buffer<float>(name), slots, particles);
-    }
-
-    /// Gives a set the places of its particles before the last step, for its sinks.
-    template <class Set>
-    static void read_places_before(const OnDevice& there, Set& set) {
-        if (there.program.sinks == 0) return;
-        const ParticleStore<float, D>& particles = set.store();
-        set.places_before.assign(particles.used_slots(), {});
-        std::vector<std::size_t> slot_of(particles.next_id());
-        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
-        for (const Chunk& chunk : there.chunks) {
-            const std::vector<float> places = chunk.host->template read<float>(wgsl::detail::place_before);
-            for (std::size_t i = 0; i < chunk.ids.size(); ++i)
-                std::copy_n(&places[i * std::size_t(D)], D, set.places_before[slot_of[chunk.ids[i]]].v);
-        }
-    }
-
     Simulation simulation_;
     Device device_;
-    std::vector<OnDevice> sets_;    // the first one has the buffers of the grid
-    Host::Sequence step_;           // the entry points of a step
-    std::vector<double> boundary_;  // the parameters of the boundary that the device has
-    bool is_sparse_ = true;         // whether the device has only the blocks of nodes that particles reach
-    std::size_t blocks_ = 0;        // for which it has memory then
-    double time_step_ = 0;          // that the device has; 0: not known
-    std::uint32_t counted_ = 0;     // the device's number of steps at the last look at the status
-    std::vector<Moment> moments_;   // before each step since the last look at the status
-    Boundary boundary_seen_;        // at the last look at the status
-    int waiting_ = 0;               // steps that were not yet given to the device
+    std::vector<detail::SetOnDevice<D>> sets_;  // the first one has the buffers of the grid
+    Host::Sequence step_;                       // the entry points of a step
+    std::vector<double> boundary_;              // the parameters of the boundary that the device has
+    bool is_sparse_ = true;                     // whether the device has only the blocks of nodes that particles reach
+    std::size_t blocks_ = 0;                    // for which it has memory then
+    double time_step_ = 0;                      // that the device has; 0: not known
+    std::uint32_t counted_ = 0;                 // the device's number of steps at the last look at the status
+    std::vector<Moment> moments_;               // before each step since the last look at the status
+    Boundary boundary_seen_;                    // at the last look at the status
+    int waiting_ = 0;                           // steps that were not yet given to the device
     bool is_edited_ = false, has_failed_ = false;
     bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not

@@ -1,0 +1,118 @@
+/// \file A set of particles on a device, in as many buffers as it needs.
+#pragma once
+
+#include <firn/core/requirements.hpp>
+
+#include <firn/sort/partition.hpp>
+#include <firn/webgpu/host.hpp>
+
+#include <concepts>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace firn::inline FIRN_BUILD::webgpu::detail {
+
+/// Returns the partition of particles by the blocks from which their places are counted now. No place is counted anew,
+/// as sort_particles() does.
+template <std::floating_point S, int D>
+BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<S, D>& particles, int threads) {
+    const PlacesOfParticles<S> places = particles.places();
+    BlockSort<D> sort(places.slots, places.id, threads, particles.room());
+    sort.look([&](std::size_t i) { return places.is_particle(i); },
+              [&](std::size_t first, std::size_t count, BlockCells& cells) {
+                  const S in_first_cell[D][pack_size] = {};
+                  for (std::size_t l = 0; l < pack_size; ++l)
+                      cells.origin[l] = l < count && places.is_particle(first + l) ? places.block_key(first + l) : 0;
+                  find_cells<S, D>(in_first_cell, cells);
+              });
+    return sort.partition(kernel.colours);
+}
+
+/// Particles of a set that fit into one buffer of the device.
+struct Chunk {
+    std::unique_ptr<Host> host{};
+    std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
+};
+
+/// A set of particles on a device: its program, and its particles in chunks.
+template <int D>
+struct SetOnDevice {
+    wgsl::Program program;
+    std::vector<Chunk> chunks{};
+
+    /// Takes a set to the device. Buffers that have the right size are used again.
+    /// \param blocks        for a sparse grid: number of blocks of nodes for which it has memory
+    /// \param set_uniforms  sets uniforms of inputs, besides those of particles, grid and sinks
+    /// \param grid          the Host that has the buffers of the grid; nullptr: the first one of this set
+    template <class Set, class F>
+    void take(const Device& device, wgsl::Program of_set, const Domain<D>& domain, const Set& set, double dt,
+              std::size_t blocks, const F& set_uniforms, const Host* grid) {
+        program = std::move(of_set);
+        const std::size_t all = set.particles.size(), most = wgsl::most_particles(program, device.limits());
+        const std::size_t count = std::max<std::size_t>(1, (all + most - 1) / most), each = (all + count - 1) / count;
+        chunks.resize(count);
+        for (std::size_t c = 0; c < count; ++c) {
+            const wgsl::Share share{c * each, each};
+            wgsl::Inputs inputs =
+                wgsl::make_inputs<D>(program, domain, set.particles, dt, device.limits(), blocks, share);
+            inputs.set("first_particle", {double(share.first)});
+            wgsl::set_sinks(inputs, domain, set.sinks);
+            set_uniforms(inputs);
+            Chunk& chunk = chunks[c];
+            chunk.ids.clear();
+            for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles, share))
+                chunk.ids.push_back(set.particles.id(slot));
+            const Host* const of_grid = grid || c == 0 ? grid : chunks[0].host.get();
+            if (chunk.host && chunk.host->is_for(program, inputs, of_grid)) {
+                chunk.host->take(inputs);
+                continue;
+            }
+            chunk.host.reset();  // before its successor needs memory
+            chunk.host = std::make_unique<Host>(device, program, inputs, of_grid);
+        }
+    }
+
+    /// Returns the chunk that has particle i of the set. Makes i the index in this chunk.
+    const Chunk& chunk_of(std::size_t& i) const {
+        std::size_t c = 0;
+        for (; i >= chunks.at(c).ids.size(); ++c) i -= chunks[c].ids.size();
+        return chunks[c];
+    }
+
+    /// Copies what steps change of the particles back to the CPU.
+    void bring_back(ParticleStore<float, D>& particles) const {
+        for_chunks(particles, [&](const Chunk& chunk, const std::vector<std::size_t>& slots) {
+            for (const char* name : {"motion", "affine", "stress", "state"})
+                for (const wgsl::Buffer& buffer : program.buffers)
+                    if (buffer.name == name)
+                        wgsl::put_numbers<D>(buffer, chunk.host->template read_buffer<float>(name), slots, particles);
+        });
+    }
+    /// Gives a set the places of its particles before the last step, for its sinks.
+    template <class Set>
+    void read_places_before(Set& set) const {
+        if (program.sinks == 0) return;
+        set.places_before.assign(set.store().used_slots(), {});
+        for_chunks(set.store(), [&](const Chunk& chunk, const std::vector<std::size_t>& slots) {
+            const std::vector<float> places = chunk.host->template read<float>(wgsl::detail::place_before);
+            for (std::size_t i = 0; i < slots.size(); ++i)
+                std::copy_n(&places[i * std::size_t(D)], D, set.places_before[slots[i]].v);
+        });
+    }
+
+private:
+    /// Calls f(chunk, slots) for each chunk, with the slots on the CPU of its particles.
+    template <class F>
+    void for_chunks(const ParticleStore<float, D>& particles, const F& f) const {
+        std::vector<std::size_t> slot_of(particles.next_id()), slots;
+        for (const std::size_t slot : wgsl::detail::slots_of<D>(particles)) slot_of[particles.id(slot)] = slot;
+        for (const Chunk& chunk : chunks) {
+            slots.clear();
+            for (const std::uint32_t id : chunk.ids) slots.push_back(slot_of[id]);
+            f(chunk, slots);
+        }
+    }
+};
+
+}  // namespace firn::inline FIRN_BUILD::webgpu::detail
