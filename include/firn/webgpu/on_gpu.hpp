@@ -145,7 +145,8 @@ private:
     }
 
     /// Takes the simulation to the device.
-    void upload() {
+    /// \param may_differ  whether policies may be others than those of the last time, for which the programs were made
+    void upload(bool may_differ = true) {
         check_simulation();
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
@@ -155,7 +156,14 @@ private:
             is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
                                            simulation_.boundary, simulation_.volume);
         });
-        simulation_.for_materials([&](const auto& set, std::size_t k) { upload(set, k); });
+        const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
+        simulation_.for_materials([&](const auto& set, std::size_t k) {
+            if (may_differ || sets_[k].program.grid != grid_storage)
+                sets_[k].program = wgsl::make_program<Kernel, Transfer, Force, D>(
+                    set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)},
+                    simulation_.volume, 64, simulation_.transfer, grid_storage, int(set.sinks.size()));
+            upload(set, k);
+        });
         step_.clear();
         for (const std::string& name : wgsl::step_order_of(sets_[0].program))
             for (const detail::SetOnDevice<D>& set : sets_)
@@ -187,17 +195,13 @@ private:
     /// Takes set k of particles to the device.
     template <class Set>
     void upload(const Set& set, std::size_t k) {
-        wgsl::Program program = wgsl::make_program<Kernel, Transfer, Force, D>(
-            set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume,
-            64, simulation_.transfer, is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense,
-            int(set.sinks.size()));
         const auto set_uniforms = [&](wgsl::Inputs& inputs) {
             inputs.set("set_number", {double(k)});
             inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
             inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
         };
-        sets_[k].take(device_, std::move(program), simulation_.domain(), set, simulation_.fixed_time_step, blocks_,
-                      set_uniforms, k > 0 ? &grid() : nullptr);
+        sets_[k].take(device_, simulation_.domain(), set, simulation_.fixed_time_step, blocks_, set_uniforms,
+                      k > 0 ? &grid() : nullptr);
     }
 
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
@@ -304,7 +308,7 @@ private:
         for (auto& set : simulation_.sets_) set.places_before.clear();  // no sink was met
         simulation_.end_step(simulation_.ranks(), simulation_.workers());
         is_edited_ = true;
-        upload();
+        upload(false);
     }
 
     void sort_if_due() {
@@ -378,7 +382,7 @@ private:
             for (std::size_t k = 0; k < sets_.size(); ++k) sets_[k].read_places_before(simulation_.sets_[k]);
             simulation_.end_step(simulation_.ranks(), simulation_.workers());
         }
-        upload();
+        upload(false);
         return again;
     }
     /// Returns the size of the k-th step since the last look at the status [s].

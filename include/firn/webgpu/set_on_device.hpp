@@ -41,14 +41,13 @@ struct SetOnDevice {
     wgsl::Program program;
     std::vector<Chunk> chunks{};
 
-    /// Takes a set to the device. Buffers that have the right size are used again.
+    /// Takes a set to the device, for the program. Buffers that have the right size are used again.
     /// \param blocks        for a sparse grid: number of blocks of nodes for which it has memory
     /// \param set_uniforms  sets uniforms of inputs, besides those of particles, grid and sinks
     /// \param grid          the Host that has the buffers of the grid; nullptr: the first one of this set
     template <class Set, class F>
-    void take(const Device& device, wgsl::Program of_set, const Domain<D>& domain, const Set& set, double dt,
-              std::size_t blocks, const F& set_uniforms, const Host* grid) {
-        program = std::move(of_set);
+    void take(const Device& device, const Domain<D>& domain, const Set& set, double dt, std::size_t blocks,
+              const F& set_uniforms, const Host* grid) {
         const std::size_t all = set.particles.size(), most = wgsl::most_particles(program, device.limits());
         const std::size_t count = std::max<std::size_t>(1, (all + most - 1) / most), each = (all + count - 1) / count;
         chunks.resize(count);
