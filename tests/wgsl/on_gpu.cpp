@@ -227,6 +227,9 @@ void sources(const webgpu::Device& device) {
     };
     is_same("a jet over a pool", pouring(true, 0));
     is_same("a jet from some time on", pouring(false, 0.0031));
+    auto soft = made<2>(FixedCorotated<float>::from_young_poisson(1, 0.3), 1.0 / 50, 0.01, scenes::rough_walls<2>());
+    soft.add(sample_box<2>({0.3, 0.6}, {0.5, 0.8}, {.spacing = 0.01}), 1000);
+    compare("soft matter begins to fall, in steps that gravity bounds", bounded(std::move(soft)), 6, 1, device);
     auto cpu = bounded(pouring(true, 0.0005));
     auto gpu = webgpu::on_gpu(cpu, device);
     for (int k = 0; k < 40; ++k) cpu.step(), gpu.step();
