@@ -187,7 +187,7 @@ void sparse_grids() {
         const std::size_t before = gpu.blocks();
         const std::string name = at_bound ? "a burst, in steps at their bound: " : "a burst: ";
         for (int k = 0; k < 150 && !at_bound; ++k) cpu.step(), gpu.step();
-        cpu.advance(0.005), gpu.advance(0.005);
+        cpu.advance(0.00513), gpu.advance(0.00513);  // ends in a step that was taken again, and shortened
         check_same_run(name, cpu, gpu);
         check(before > 0 && gpu.blocks() >= 4 * before, name + "the grid grows",
               sentence(before, " blocks, then ", gpu.blocks()));

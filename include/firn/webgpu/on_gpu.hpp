@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <limits>
 #include <memory>
 #include <string>
@@ -134,9 +133,8 @@ private:
             if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
                 refuse("the pass '" + pass.name + "' of this simulation");
         }
-        for (const auto& set : simulation_.sets()) {
+        for (const auto& set : simulation_.sets())
             if (set.loads || set.forces) refuse("loads, or forces between particles");
-        }
         if (simulation_.reactions) refuse("reactions of the boundary");
         if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
             throw parameter_error(
@@ -188,9 +186,7 @@ private:
         for (int a = 0; a < D; ++a)
             blocks *= wgsl::grid_nodes(simulation_.domain().cells(a)) / std::uint32_t(block_size);
         const double bytes = blocks * block_nodes<D> * node_width * sizeof(std::int32_t);
-        const wgsl::Limits& limits = device_.limits();
-        return blocks > 2.0 * double(blocks_) ||
-               bytes > double(std::min(limits.storage_binding_bytes, limits.buffer_bytes));
+        return blocks > 2.0 * double(blocks_) || bytes > double(device_.limits().largest_buffer());
     }
     /// Takes set k of particles to the device.
     template <class Set>
@@ -355,10 +351,12 @@ private:
             const Status status = grid().status();
             const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
             if (!is_interrupted(status)) return see(status, taken);
+            const Moment reached = simulation_.now_;
             for (const double dt : go_on_from(status, taken)) {
                 take_fixed_step(dt);
                 if (waiting_ == Host::in_one_submission) submit();
             }
+            simulation_.now_ = reached;  // the end of an advance is no sum of steps
         }
     }
     /// Returns whether the device has stopped for the CPU to do something: without blocks for the grid, or at a sink.

@@ -6,7 +6,9 @@
 #include <firn/sort/partition.hpp>
 #include <firn/webgpu/host.hpp>
 
+#include <algorithm>
 #include <concepts>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>

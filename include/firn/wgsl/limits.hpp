@@ -21,6 +21,9 @@ struct Limits {
     /// Largest number of storage buffers that one entry point can use. WebGPU calls this limit
     /// maxStorageBuffersPerShaderStage.
     int storage_buffers_per_stage = 8;
+
+    /// Returns the largest size of a buffer that an entry point can access as a whole [bytes].
+    std::uint64_t largest_buffer() const { return std::min(storage_binding_bytes, buffer_bytes); }
 };
 
 /// The size of a dispatch (one launch of an entry point on the device): the number of workgroups along x and along y.
@@ -66,9 +69,7 @@ inline std::uint64_t most_particles(const Program& program, const Limits& limits
     const std::uint64_t groups = limits.groups_per_dimension;
     std::uint64_t most = groups * groups * std::uint64_t(program.workgroup_size);
     for (const Buffer& b : program.buffers)
-        if (b.per == "particle")
-            most = std::min(most,
-                            std::min(limits.storage_binding_bytes, limits.buffer_bytes) / (4 * std::uint64_t(b.count)));
+        if (b.per == "particle") most = std::min(most, limits.largest_buffer() / (4 * std::uint64_t(b.count)));
     return most;
 }
 
@@ -82,7 +83,7 @@ inline std::uint64_t most_particles(const Program& program, const Limits& limits
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
                        const Limits& limits = {}, std::uint64_t blocks = 0) {
     const std::uint64_t all_nodes = stored_nodes(program, nodes, blocks);
-    const std::uint64_t most = std::min(limits.storage_binding_bytes, limits.buffer_bytes);
+    const std::uint64_t most = limits.largest_buffer();
     const char* name =
         limits.storage_binding_bytes <= limits.buffer_bytes ? "maxStorageBufferBindingSize" : "maxBufferSize";
     for (const Buffer& b : program.buffers) {
