@@ -1,7 +1,7 @@
 /// \file Writes programs for WebGPU, what goes into them, and what the CPU makes of that: a folder each below
 /// FOLDER/cases, for run.mjs; and programs with mistakes below FOLDER/broken.
 ///
-///     firn_wgsl_cases FOLDER [--large]
+///     firn_wgsl_cases FOLDER [--large] [--exact]
 ///
 /// Compiled without contraction, the CPU evaluates the definitions of a program in the same order, so that the integers
 /// of a step are the same to the bit, and particles on a device that does not contract either.
@@ -439,8 +439,8 @@ void write_errors(const std::filesystem::path& root) {
         std::fill_n(velocity, inputs.particles, float(10 * domain.cell_size / dt));  // ten cells a step, into the wall
     });
     const wgsl::Program sparse = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
-        simulation.material(), simulation.boundary, Gravity<float, 2>{}, OwnVolume{}, 64, Apic{},
-        wgsl::GridStorage::sparse);
+        simulation.material(), simulation.boundary, Gravity<float, 2>{}, OwnVolume{},
+        {.grid = wgsl::GridStorage::sparse});
     const wgsl::Inputs inputs = wgsl::make_inputs<2>(sparse, domain, simulation.particles(), dt, {}, 5);
     Case files(root / "error_blocks", sparse);
     write_case_file<2>(files, sparse, inputs, "step", 3,
@@ -480,7 +480,11 @@ void write_broken(const std::filesystem::path& root) {
 
 int main(int count, char** words) {
     try {
-        if (count < 2) throw usage_error("firn_wgsl_cases FOLDER [--large]");
+        if (count < 2) throw usage_error("firn_wgsl_cases FOLDER [--large] [--exact]");
+        const auto is_given = [&](std::string_view option) {
+            return std::any_of(words + 2, words + count, [&](const char* word) { return word == option; });
+        };
+        if (is_given("--exact")) scenes::arithmetic = wgsl::Arithmetic::exact;
         write_broken(std::filesystem::path(words[1]) / "broken");
         const std::filesystem::path root = std::filesystem::path(words[1]) / "cases";
         write_errors(root);
@@ -545,7 +549,11 @@ int main(int count, char** words) {
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);
-        if (count > 2 && std::string_view(words[2]) == "--large") {
+        scenes::arithmetic = wgsl::Arithmetic::exact;
+        write_case<2, Apic, MlsForce>(root, "2d_exact", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
+        write_case<2, Pic, WeightGradientForce>(root, "2d_exact_sand", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50,
+                                                Sand<float>::from_properties({}));
+        if (is_given("--large")) {
             write_case<2, Apic, MlsForce>(root, "2d_100k", {0.35, 1.0 / 640, 1.0 / 320}, "step", 1);
             write_case<3, Apic, MlsForce>(root, "3d_100k", {0.3, 1.0 / 123, 1.0 / 61.5}, "step", 1);
             write_case<3, Apic, MlsForce>(root, "3d_100k_sorted", {0.3, 1.0 / 123, 1.0 / 61.5}, "step_sorted", 1);

@@ -55,6 +55,9 @@ struct Matter {
     double in_corners = -1;
 };
 
+/// How the programs of all scenes round.
+inline firn::wgsl::Arithmetic arithmetic = firn::wgsl::Arithmetic::plain;
+
 /// The unit box.
 template <int D>
 firn::Walls<float, D> rough_walls() {
@@ -115,8 +118,8 @@ struct MovingBlocks {
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
-            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume, 64,
-            Transfer{}, grid);
+            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume,
+            {.grid = grid, .arithmetic = arithmetic});
     }
 
     /// The simulation as it is now.

@@ -35,6 +35,9 @@ struct DeviceOptions {
     /// Whether to ask for the highest limits that the GPU allows. If false, the device has the limits that every GPU
     /// guarantees.
     bool raise_limits = true;
+    /// How the programs of on_gpu() round. If empty, they are exact, except for a software driver, where plain programs
+    /// are so, too.
+    std::optional<wgsl::Arithmetic> arithmetic{};
     /// Limits that programs keep where those of the GPU are higher.
     wgsl::Limits at_most{std::numeric_limits<std::uint64_t>::max(), std::numeric_limits<std::uint64_t>::max(),
                          std::numeric_limits<std::uint32_t>::max(), std::numeric_limits<int>::max()};
@@ -108,6 +111,7 @@ public:
         request_adapter(options);
         request_device(options);
         queue.reset(wgpuDeviceGetQueue(device.get()));
+        arithmetic = options.arithmetic.value_or(is_software ? wgsl::Arithmetic::plain : wgsl::Arithmetic::exact);
         WGPULimits given{};
         wgpuDeviceGetLimits(device.get(), &given);
         limits = {given.maxStorageBufferBindingSize, given.maxBufferSize, given.maxComputeWorkgroupsPerDimension,
@@ -143,6 +147,8 @@ public:
     OwnedDevice device;
     OwnedQueue queue;
     std::string name;
+    bool is_software = false;
+    wgsl::Arithmetic arithmetic;
     wgsl::Limits limits;
     std::map<std::string, std::shared_ptr<const Compiled>> compiled{};  // the key is the program's text
 
@@ -168,6 +174,7 @@ private:
         if (adapter) {
             wgpuAdapterGetInfo(adapter.get(), &info);
             name = text(info.description.length ? info.description : info.device);
+            is_software = info.adapterType == WGPUAdapterType_CPU;
             wgpuAdapterInfoFreeMembers(info);
         }
         // If there is no driver, some libraries offer an adapter that computes nothing (backend Null).
@@ -232,6 +239,8 @@ public:
 
     /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
+    /// Returns how the programs of on_gpu() round. \see DeviceOptions::arithmetic
+    wgsl::Arithmetic arithmetic() const { return state_->arithmetic; }
     /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
     /// Throws if the device has reported an error. A Host calls this function whenever it uses the device.

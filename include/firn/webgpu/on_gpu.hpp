@@ -155,11 +155,15 @@ private:
                                            simulation_.boundary, simulation_.volume);
         });
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
+        const auto options = [&](const auto& set) {
+            return wgsl::ProgramOptions{
+                .grid = grid_storage, .sinks = int(set.sinks.size()), .arithmetic = device_.arithmetic()};
+        };
         simulation_.for_materials([&](const auto& set, std::size_t k) {
-            if (may_differ || sets_[k].program.grid != grid_storage)
+            if (may_differ || sets_[k].program.options.grid != grid_storage)
                 sets_[k].program = wgsl::make_program<Kernel, Transfer, Force, D>(
                     set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)},
-                    simulation_.volume, 64, simulation_.transfer, grid_storage, int(set.sinks.size()));
+                    simulation_.volume, options(set), simulation_.transfer);
             upload(set, k);
         });
         step_.clear();

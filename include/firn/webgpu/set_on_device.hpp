@@ -93,7 +93,7 @@ struct SetOnDevice {
     /// Gives a set the places of its particles before the last step, for its sinks.
     template <class Set>
     void read_places_before(Set& set) const {
-        if (program.sinks == 0) return;
+        if (program.options.sinks == 0) return;
         set.places_before.assign(set.store().used_slots(), {});
         for_chunks(set.store(), [&](const Chunk& chunk, const std::vector<std::size_t>& slots) {
             const std::vector<float> places = chunk.host->template read<float>(wgsl::detail::place_before);

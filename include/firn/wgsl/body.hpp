@@ -3,6 +3,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/wgsl/arithmetic.hpp>
 #include <firn/wgsl/graph.hpp>
 
 #include <algorithm>
@@ -37,8 +38,9 @@ public:
     /// \param graph    the recorded operations; the graph must exist as long as this object
     /// \param outputs  indices (in Graph::nodes) of the nodes to compute
     /// \param taken    names that are already in use in the WGSL function, such as those of its parameters
-    Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
-        : graph_(graph), taken_(std::move(taken)) {
+    Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {},
+         Arithmetic arithmetic = Arithmetic::plain)
+        : graph_(graph), is_exact_(arithmetic == Arithmetic::exact), taken_(std::move(taken)) {
         const std::size_t count = graph.nodes.size();
         live_.resize(count);
         users_.resize(count);
@@ -175,8 +177,13 @@ private:
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
         const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
+        const auto exact = [&](const char* name) {
+            return Expression{name + ("(" + expression(n.a).text + ", " + expression(n.b).text + ")"), 3};
+        };
         const auto kept = [&](int operand, int other) {
-            return joins_constants(n.op, operand, other) ? settled(expression(operand)) : expression(operand);
+            const bool is_kept =
+                joins_constants(n.op, operand, other) || (is_exact_ && is_sum(i) && shares_term(operand, other));
+            return is_kept ? settled(expression(operand)) : expression(operand);
         };
         const auto two = [&](const char* sign, int level) {  // b needs brackets in a − (b − c)
             return Expression{within(kept(n.a, n.b), level) + sign + within(kept(n.b, n.a), level + 1), level};
@@ -192,7 +199,7 @@ private:
             case Op::input:
                 return {n.text, 3};
             case Op::add:
-                if (share_factor(n.a, n.b))
+                if (!is_exact_ && share_factor(n.a, n.b))
                     return {"fma(" + expression(node(n.b).a).text + ", " + expression(node(n.b).b).text + ", " +
                                 expression(n.a).text + ")",
                             3};
@@ -200,9 +207,9 @@ private:
             case Op::subtract:
                 return two(" - ", 1);
             case Op::multiply:
-                return two(" * ", 2);
+                return is_exact_ ? exact("product") : two(" * ", 2);
             case Op::divide:
-                return two(" / ", 2);
+                return is_exact_ ? exact("quotient") : two(" / ", 2);
             case Op::negate:
                 return {"-" + within(expression(n.a), 3), 1};
             case Op::less:
@@ -222,7 +229,7 @@ private:
                     "select(" + expression(n.c).text + ", " + expression(n.b).text + ", " + expression(n.a).text + ")",
                     3};
             case Op::square_root:
-                return call("sqrt");
+                return call(is_exact_ ? "root" : "sqrt");
             case Op::magnitude:
                 return call("abs");
             case Op::round_down:
@@ -259,10 +266,36 @@ private:
     /// Returns whether an operation has a constant operand, `other`, and its operand i is the result of such an
     /// operation, too. Some GPU compilers turn (a + 3) + 2 into a + 5, which rounds differently from the CPU.
     bool joins_constants(Op op, int i, int other) const {
-        const auto is_sum = [](Op of) { return of == Op::add || of == Op::subtract; };
         const Node& inner = node(i);
-        return node(other).op == Op::constant && (is_sum(op) ? is_sum(inner.op) : op == inner.op) &&
+        const bool of_sums = op == Op::add || op == Op::subtract;
+        return node(other).op == Op::constant && (of_sums ? is_sum(i) : op == inner.op) &&
                (node(inner.a).op == Op::constant || node(inner.b).op == Op::constant);
+    }
+    bool is_sum(int i) const { return node(i).op == Op::add || node(i).op == Op::subtract; }
+    /// Returns whether node i is a sum that has a term in common with node k. Some GPU compilers turn (a + b) − a into
+    /// b, and (a + b) + (c − a) into b + c.
+    bool shares_term(int i, int k) const {
+        if (!is_sum(i)) return false;
+        const std::vector<int> of_i = terms(i), of_k = terms(k);
+        return std::any_of(of_i.begin(), of_i.end(),
+                           [&](int t) { return std::find(of_k.begin(), of_k.end(), t) != of_k.end(); });
+    }
+    /// Returns the terms of a sum of sums.
+    std::vector<int> terms(int i) const {
+        std::vector<int> found, pending{i};
+        for (std::size_t next = 0; next < pending.size(); ++next) {
+            const Node& n = node(pending[next]);
+            const auto add = [&](int k) {
+                if (std::find(pending.begin(), pending.end(), k) == pending.end()) pending.push_back(k);
+            };
+            if (is_sum(pending[next]))
+                add(n.a), add(n.b);
+            else if (n.op == Op::negate)
+                add(n.a);
+            else
+                found.push_back(pending[next]);
+        }
+        return found;
     }
     /// Returns the expression in a form that GPU compilers do not look through. \see recorded::settled
     static Expression settled(const Expression& e) { return {"max(" + e.text + ", " + literal(-3e38F) + ")", 3}; }
@@ -351,6 +384,7 @@ private:
     }
 
     const Graph& graph_;
+    bool is_exact_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
     std::vector<int> run_;                // for each node: index of the run to which the node belongs, or `nothing`

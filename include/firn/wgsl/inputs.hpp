@@ -233,7 +233,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         cells.push_back(double(extent_in_cells<float>(domain, a)));
         lattice_blocks *= along.back() / block_size;
     }
-    if (program.grid == GridStorage::sparse) {
+    if (program.options.grid == GridStorage::sparse) {
         if (!(lattice_blocks < 0x1p31))
             throw parameter_error(sentence("The domain has ", lattice_blocks, " blocks of ", block_size, "^", D,
                                            " cells; on a GPU it can have 2147483647. Use larger cells or a smaller "

@@ -355,12 +355,12 @@ fn grid_update(${INVOCATION}) {
     }
     read_time_step();
     let scale = chosen_scale();
-    let momentum = ${VEC}(sums.${AXES}) * (1.0f / scale.momentum);
-    let mass = f32(sums.w) * (1.0f / scale.mass);
+    let momentum = ${VEC}(sums.${AXES}) * inverse(scale.momentum);
+    let mass = f32(sums.w) * inverse(scale.mass);
     let at = node_at(i);
     let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
-    see_acceleration(position, momentum * (1.0f / mass));
+    see_acceleration(position, momentum * inverse(mass));
     nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
 }
 )";

@@ -7,6 +7,7 @@
 #include <firn/data/particle_view.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/wgsl/arithmetic.hpp>
 
 #include <algorithm>
 #include <string>
@@ -73,6 +74,17 @@ struct EntryPoint {
 /// Which nodes a program stores: all nodes of the domain, or the blocks of 4^D nodes that particles reach.
 enum class GridStorage { dense, sparse };
 
+/// Options of a program, besides its policies.
+struct ProgramOptions {
+    int workgroup_size = 64;                ///< number of invocations per workgroup in most entry points
+    GridStorage grid = GridStorage::dense;  ///< which nodes are stored
+    /// Number of sinks that G2P looks for, whose corners are uniforms. After a step in which a particle may have met
+    /// one, no step is taken: the host removes the particle, and clears the status. The component "place_before" of a
+    /// particle is its place before the step.
+    int sinks = 0;
+    Arithmetic arithmetic = Arithmetic::plain;  ///< how products, quotients, roots and sums are written
+};
+
 /// A mirrored wall of a program's boundary. \see NodesBehind::mirrored
 struct MirroredWall {
     double position;    ///< position of the wall along plane.axis [m], when the program was made
@@ -82,20 +94,18 @@ struct MirroredWall {
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
 /// program.
 struct Program {
-    std::string name;                       ///< the dimension and the names of the policies, joined by _
-    int dimension;                          ///< dimension of space: 2 or 3
-    std::string kernel,                     ///< name of the kernel
-        transfer,                           ///< name of the transfer
-        force,                              ///< name of the force form: MLS or weight gradients
-        material,                           ///< name of the material
-        boundary,                           ///< name of the boundary
-        field,                              ///< name of the acceleration field
-        volume{};                           ///< name of the volumetric policy; empty if it is OwnVolume
-    GridStorage grid = GridStorage::dense;  ///< which nodes are stored
-    int sinks = 0;                          ///< number of sinks that G2P looks for
-    int workgroup_size;                     ///< number of invocations per workgroup in most entry points
-    double time_step_safety;                ///< firn::time_step_safety of the kernel
-    double acceleration_safety;             ///< firn::acceleration_safety
+    std::string name;            ///< the dimension and the names of the policies, joined by _
+    int dimension;               ///< dimension of space: 2 or 3
+    std::string kernel,          ///< name of the kernel
+        transfer,                ///< name of the transfer
+        force,                   ///< name of the force form: MLS or weight gradients
+        material,                ///< name of the material
+        boundary,                ///< name of the boundary
+        field,                   ///< name of the acceleration field
+        volume{};                ///< name of the volumetric policy; empty if it is OwnVolume
+    ProgramOptions options{};    ///< with which the program was made
+    double time_step_safety;     ///< firn::time_step_safety of the kernel
+    double acceleration_safety;  ///< firn::acceleration_safety
     /// Lower corner of the room between walls [m], if the program shifts particles; −∞ along an axis without a wall.
     std::vector<double> room_lower{};
     /// Upper corner of the room between walls [m], if the program shifts particles; ∞ along an axis without a wall.
@@ -150,8 +160,7 @@ struct Facts {
     int filters_every;       ///< number of steps from one pass of this filter to the next
     bool shifts_particles;   ///< whether a pass of this filter also shifts particles, see firn::shifts_particles
     bool sparse;             ///< whether the grid is sparse, see GridStorage
-    int sinks;               ///< number of sinks that G2P looks for
-    int workgroup_size;      ///< number of invocations per workgroup in most entry points
+    ProgramOptions options;  ///< options of the program
 };
 
 namespace detail {
@@ -267,7 +276,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
             fields.push_back({of_field, count, field.unit, {}, field.less_one});
             numbers += count;
         });
-        if (binding == motion && facts.sinks > 0) {
+        if (binding == motion && facts.options.sinks > 0) {
             fields.push_back({place_before, facts.dimension, "cells"});
             numbers += facts.dimension;
         }
@@ -356,7 +365,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         return some;
     };
     const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
-    const int size = facts.workgroup_size;
+    const int size = facts.options.workgroup_size;
     Bindings first{{motion, true},     {stress, true}, {state, true},
                    {constants, false}, {status, true}, {coordinates, false}};
     if (facts.rate_dependent) first.emplace_back(affine, true);

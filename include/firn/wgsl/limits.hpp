@@ -58,7 +58,7 @@ inline std::uint32_t grid_nodes(int cells) { return std::uint32_t(block_size) * 
 /// \param blocks  for a sparse grid: number of blocks of nodes for which the buffers have memory
 inline std::uint64_t stored_nodes(const Program& program, const std::vector<std::uint32_t>& nodes,
                                   std::uint64_t blocks) {
-    const bool sparse = program.grid == GridStorage::sparse;
+    const bool sparse = program.options.grid == GridStorage::sparse;
     std::uint64_t all = sparse ? blocks : 1;
     for (const std::uint32_t along : nodes) all *= sparse ? std::uint32_t(block_size) : along;
     return all;
@@ -67,7 +67,7 @@ inline std::uint64_t stored_nodes(const Program& program, const std::vector<std:
 /// Returns how many particles a program can have on a device. For more, use several Hosts on one grid.
 inline std::uint64_t most_particles(const Program& program, const Limits& limits = {}) {
     const std::uint64_t groups = limits.groups_per_dimension;
-    std::uint64_t most = groups * groups * std::uint64_t(program.workgroup_size);
+    std::uint64_t most = groups * groups * std::uint64_t(program.options.workgroup_size);
     for (const Buffer& b : program.buffers)
         if (b.per == "particle") most = std::min(most, limits.largest_buffer() / (4 * std::uint64_t(b.count)));
     return most;

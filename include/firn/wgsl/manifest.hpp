@@ -64,7 +64,7 @@ inline const std::vector<std::string> passes_of_programs{"sort",        "filter 
 /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding them
 ///                directly to the grid. Both ways give the same bits.
 inline std::vector<std::string> entry_points_of(const Program& program, std::string_view pass, bool sorted = false) {
-    if (pass == "sort" && program.grid == GridStorage::sparse)
+    if (pass == "sort" && program.options.grid == GridStorage::sparse)
         return {"clear_table", "find_blocks", "activate_blocks", "link_blocks", "begin_step", "clear", "sort"};
     if (pass == "sort") return {"begin_step", "clear", "sort"};
     if (pass == "filter volumes" && program.has("filter_volumes")) return detail::filtering_of(program);
@@ -213,8 +213,8 @@ inline std::string manifest(const Program& program) {
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
         json.key("field").value(program.field);
         if (!program.volume.empty()) json.field("volume", program.volume);
-        if (program.grid == GridStorage::sparse) json.field("grid", "sparse");
-        json.field("workgroup_size", program.workgroup_size);
+        if (program.options.grid == GridStorage::sparse) json.field("grid", "sparse");
+        json.field("workgroup_size", program.options.workgroup_size);
         json.field("time_step_safety", program.time_step_safety);
         json.field("acceleration_safety", program.acceleration_safety);
         json.key("uniforms").object([&] {
@@ -231,8 +231,8 @@ inline std::string manifest(const Program& program) {
         json.key("errors").object([&] {
             for (int e = 1; e <= int(error_sentences.size()); ++e)
                 if ((e != detail::mirror_error || !program.mirrors.empty()) &&
-                    (e != detail::blocks_error || program.grid == GridStorage::sparse) &&
-                    (e != detail::sink_error || program.sinks > 0))
+                    (e != detail::blocks_error || program.options.grid == GridStorage::sparse) &&
+                    (e != detail::sink_error || program.options.sinks > 0))
                     json.field(std::to_string(e).c_str(), error_sentences[std::size_t(e) - 1]);
         });
     });

@@ -10,6 +10,10 @@ namespace firn::inline FIRN_BUILD::wgsl {
 /// A list of WGSL structs and functions, which together are a WGSL module.
 class Module {
 public:
+    /// Makes an empty module.
+    /// \param arithmetic  how its functions write products, quotients, roots and sums
+    explicit Module(Arithmetic arithmetic = Arithmetic::plain) : arithmetic_(arithmetic) {}
+
     /// Adds a WGSL function that computes the same as a C++ function, called the definition. Also adds the structs that
     /// the WGSL function needs. The definition is called once, to record its operations.
     /// \tparam Arguments  types of the definition's parameters; for each there is a specialisation of wgsl::shape
@@ -47,7 +51,7 @@ public:
                 throw usage_error("The definition of " + name + " leaves a number of its result without a value.");
         std::vector<std::string> taken = names;
         taken.insert(taken.end(), {"params", "chosen"});
-        const Body body(recording.graph, outputs, taken);
+        const Body body(recording.graph, outputs, taken, arithmetic_);
         functions_ += "/// " + comment + "\n" + "fn " + name + "(" + detail::joined(parameters, ", ") + ") -> " +
                       shape<Result>::type() + " {\n" + body.statements() + "    return " +
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";
@@ -72,6 +76,7 @@ public:
     }
 
 private:
+    Arithmetic arithmetic_;
     std::vector<std::pair<std::string, std::string>> structs_;
     std::string functions_;
 };

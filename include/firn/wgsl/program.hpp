@@ -22,11 +22,12 @@ inline std::string name_of(const Program& program) {
          {&program.kernel, &program.transfer, &program.force, &program.material, &program.boundary, &program.field})
         name += "_" + *policy;
     if (!program.volume.empty()) name += "_" + program.volume;
-    if (program.grid == GridStorage::sparse) name += "_sparse";
+    if (program.options.grid == GridStorage::sparse) name += "_sparse";
+    if (program.options.arithmetic == Arithmetic::exact) name += "_exact";
     return name;
 }
 
-inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage grid = GridStorage::dense) {
+inline void add_uniforms(UniformLayout& uniforms, int dimension, const ProgramOptions& options) {
     const std::string of_u32 = "vec" + std::to_string(dimension) + "<u32>",
                       of_f32 = "vec" + std::to_string(dimension) + "<f32>";
     const std::vector<double> zero(std::size_t(dimension), 0.0);
@@ -46,7 +47,9 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension, GridStorage gri
                  "with bound_time_step 2, if positive: no step is taken that leaves less", {0});
     uniforms.add("first_particle", "u32", "1", "index of particle 0 of this buffer in its set of particles", {0});
     uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
-    if (grid == GridStorage::sparse) uniforms.add("blocks", "u32", "1", "most blocks of 4^D nodes", {0});
+    if (options.grid == GridStorage::sparse) uniforms.add("blocks", "u32", "1", "most blocks of 4^D nodes", {0});
+    if (options.arithmetic == Arithmetic::exact)
+        uniforms.add("negative_zero", "f32", "1", "a zero that drivers do not know", {-0.0});
 }
 
 /// Sets the room between the walls of the program, and adds the uniforms of particle shifting.
@@ -100,10 +103,9 @@ consteval bool require_program() {
 
 /// Returns an empty program with the names of its policies.
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
-Program named_program(GridStorage grid, int sinks) {
+Program named_program(const ProgramOptions& options) {
     Program program;
-    program.grid = grid;
-    program.sinks = sinks;
+    program.options = options;
     program.dimension = D;
     program.kernel = Kernel::name;
     program.transfer = Transfer::name;
@@ -120,7 +122,7 @@ Program named_program(GridStorage grid, int sinks) {
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Volume>
 Module definitions_of(const Program& program, const Facts& facts, const Material& material, const Boundary& boundary,
                       const Field& field, const Volume& volume, const Transfer& transfer) {
-    Module module;
+    Module module(program.options.arithmetic);
     add_kernel<Kernel, D>(module, facts.sum_gradients || facts.shifts_particles);
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
@@ -173,20 +175,13 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
 /// \tparam Transfer        the transfer: Pic or Apic
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
-/// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
-///                          invocations
 /// \param transfer         the transfer with its parameters, which become uniforms
-/// \param grid             which nodes the program stores
-/// \param sinks            number of sinks, whose corners are uniforms. After a step in which a particle may have met
-///                         one, no step is taken: the host removes it, and clears the status. The component
-///                         "place_before" of a particle is its place before the step
 /// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
 /// \throws usage_error      if the grid cannot be sparse. \see can_be_sparse
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
-                     int workgroup_size = 64, const Transfer& transfer = {}, GridStorage grid = GridStorage::dense,
-                     int sinks = 0) {
+                     const ProgramOptions& options = {}, const Transfer& transfer = {}) {
     static_assert(detail::require_program<Kernel, Transfer, D, Material, Boundary, Field, Volume>());
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
@@ -197,7 +192,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         every = volume.every;
     }
     const bool shifts = detail::shifts<Material, D>(volume);
-    if (grid == GridStorage::sparse && !can_be_sparse<Material, D>(boundary, volume))
+    const bool sparse = options.grid == GridStorage::sparse;
+    if (sparse && !can_be_sparse<Material, D>(boundary, volume))
         throw usage_error("In WGSL, mirrored walls and particle shifting need a dense grid.");
     const Facts facts{D,
                       Kernel::support,
@@ -211,23 +207,21 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       filters_volume<Volume>,
                       every,
                       shifts,
-                      grid == GridStorage::sparse,
-                      sinks,
-                      workgroup_size};
+                      sparse,
+                      options};
 
-    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(grid, sinks);
-    program.workgroup_size = workgroup_size;
+    Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(options);
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
 
     detail::UniformLayout uniforms(program);
-    detail::add_uniforms(uniforms, D, grid);
+    detail::add_uniforms(uniforms, D, options);
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
     uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
-    for (int k = 0; k < sinks; ++k)
+    for (int k = 0; k < options.sinks; ++k)
         for (const char* end : {"_lower", "_upper"})
             uniforms.add("sink_" + std::to_string(k) + end, "vec" + std::to_string(D) + "<f32>", "cells",
                          "corner of a sink, from that of the domain", std::vector<double>(std::size_t{D}, 0.0));
@@ -251,7 +245,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
 /// This overload does not compile: the compiler prints a message that there are no WGSL kernels for contact groups.
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Law>
     requires(contact_law<Law> && !std::same_as<Law, OneField>)
-Program make_program(const Material&, const Boundary&, const Field&, const Law&, int = 64) {
+Program make_program(const Material&, const Boundary&, const Field&, const Law&, const ProgramOptions& = {}) {
     static_assert(!contact_law<Law>,
                   "firn: contact between groups of bodies is not yet in WGSL; there is only the default, OneField.");
     return {};
@@ -261,8 +255,8 @@ Program make_program(const Material&, const Boundary&, const Field&, const Law&,
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
-                     int workgroup_size = 64, const Transfer& transfer = {}) {
-    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size, transfer);
+                     const ProgramOptions& options = {}, const Transfer& transfer = {}) {
+    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, options, transfer);
 }
 
 }  // namespace firn::inline FIRN_BUILD::wgsl

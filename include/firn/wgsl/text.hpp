@@ -84,7 +84,8 @@ public:
 
     std::string helpers() const {
         const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
-        return filled(text::helpers) + filled(facts_.sparse ? text::sparse_nodes : text::dense_nodes) +
+        return (is_exact() ? text::exact_arithmetic : text::plain_arithmetic) + filled(text::helpers) +
+               filled(facts_.sparse ? text::sparse_nodes : text::dense_nodes) +
                (gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points(const Program& program) const {
@@ -100,6 +101,7 @@ public:
     }
 
 private:
+    bool is_exact() const { return facts_.options.arithmetic == Arithmetic::exact; }
     static constexpr const char* record_of_particle = "record_of(load_particle(i), fraction)";
     std::string node_in_grid() const { return "node_index(" + node_from("first") + ")"; }
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
@@ -150,13 +152,16 @@ private:
     }
     /// Returns the WGSL expression of the product of the weights along all axes except the last. The factors have the
     /// same order as on the CPU.
-    std::string weight() const {
-        return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
+    std::string weight() const { return product(of_axis("w", 0), D_ == 3 ? of_axis("w", 1) : ""); }
+    /// Returns the WGSL expression of the product of two scalars; of the first one if the second is empty.
+    std::string product(const std::string& a, const std::string& b) const {
+        if (b.empty()) return a;
+        return is_exact() ? "product(" + a + ", " + b + ")" : a + " * " + b;
     }
     /// Returns the WGSL expression of the product of the weights along all axes except the last, but with the gradient
     /// along axis a in place of the weight along axis a.
     std::string weight_with_gradient(int a) const {
-        return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
+        return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
     }
 
     std::string scatter(const char* name, const char* target, const std::string& node, const char* record) const {
@@ -276,11 +281,11 @@ private:
     /// Returns the WGSL statements of G2P that keep the place before the step, and tell whether the way from there to
     /// the new place may meet a sink: the CPU decides it in double. No text without sinks.
     std::string see_sinks() const {
-        if (facts_.sinks == 0) return "";
+        if (facts_.options.sinks == 0) return "";
         std::string text = indented(3) + "store_place_before(i, place);" + indented(3) +
                            "let least = min(place, moved.position) + corner;" + indented(3) +
                            "let most = max(place, moved.position) + corner;";
-        for (int k = 0; k < facts_.sinks; ++k) {
+        for (int k = 0; k < facts_.options.sinks; ++k) {
             const std::string sink = "params.sink_" + std::to_string(k);
             text += indented(3) + "if (all(most >= " + sink + "_lower) && all(least <= " + sink +
                     "_upper)) { atomicStore(&status[" + std::to_string(sink_word) + "], 1u); }";
@@ -382,7 +387,7 @@ private:
             {"KERNEL_WEIGHTS", per_axis("kernel_weights")},
             {"KERNEL_GRADIENTS", per_axis("kernel_gradients")},
             {"OFFSETS", leading(offset)},
-            {"GROUP", std::to_string(facts_.workgroup_size)},
+            {"GROUP", std::to_string(facts_.options.workgroup_size)},
             {"LAST_GRADIENT", facts_.weight_gradients ? ", g[" + last + "][k]" : ""},
             {"LAST", last},
             {"CENTRE", std::to_string(facts_.centre)},
@@ -489,7 +494,7 @@ std::string particle_accessors(const Program& program, const FieldTable& table, 
             text += field_accessors<D>(field.shape, name, buffer.name, buffer.binding != constants, first);
             first += field.components(D);
         });
-        if (buffer.binding == motion && program.sinks > 0)
+        if (buffer.binding == motion && program.options.sinks > 0)
             text += field_accessors<D>(FieldShape::vector, place_before, buffer.name, true, first);
     }
     return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +

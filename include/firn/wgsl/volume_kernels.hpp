@@ -50,7 +50,7 @@ fn sums_in_quanta(i: u32) -> vec2<f32> {
     let volume = atomicLoad(&rate_sums[4u * i + 3u]);
     if (volume < ${FEWEST}i) { return vec2<f32>(0.0f); }
     let scale = rate_scale();
-    return vec2<f32>(f32(atomicLoad(&rate_sums[4u * i])) * (1.0f / scale.momentum), f32(volume) * (1.0f / scale.mass));
+    return vec2<f32>(f32(atomicLoad(&rate_sums[4u * i])) * inverse(scale.momentum), f32(volume) * inverse(scale.mass));
 }
 fn load_sums(i: u32) -> vec2<f32> {
     return vec2<f32>(bitcast<f32>(atomicLoad(&rate_sums[4u * i])), bitcast<f32>(atomicLoad(&rate_sums[4u * i + 3u])));

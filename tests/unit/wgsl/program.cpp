@@ -6,6 +6,7 @@
 #include <firn/field/damped.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
+#include <firn/material/snow.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
 #include <firn/wgsl/inputs.hpp>
@@ -154,7 +155,7 @@ struct Drag {
 
 TEST_CASE("The parameters of a transfer are uniforms, and a boundary may act with a force") {
     const wgsl::Program p = wgsl::make_program<QuadraticBSpline, ShareOfApic<float>, MlsForce, 2>(
-        FixedCorotated<float>{}, Drag<float>{}, Gravity<float, 2>{}, 64, ShareOfApic<float>{0.25F});
+        FixedCorotated<float>{}, Drag<float>{}, Gravity<float, 2>{}, {}, ShareOfApic<float>{0.25F});
     CHECK(p.uniform("transfer_share").values == std::vector<double>{0.25});
     const auto body_of = [&](const std::string& name) {
         const std::size_t first = p.code.find("fn " + name + "(");
@@ -166,6 +167,49 @@ TEST_CASE("The parameters of a transfer are uniforms, and a boundary may act wit
     wgsl::Inputs inputs(p);
     wgsl::set_parameters(inputs, ShareOfApic<float>{0.75F}, "transfer");
     CHECK(float_at(inputs.uniform_bytes(), p.uniform("transfer_share").offset) == 0.75F);
+}
+
+// Drivers may fuse, regroup and round otherwise what is written with operators. Numbers: benchmarks/README.md, "On a
+// GPU".
+TEST_CASE("Exact programs have calls in place of products, quotients and roots", "[wgsl]") {
+    const auto make = [](wgsl::Arithmetic arithmetic) {
+        return wgsl::make_program<QuadraticBSpline, Apic, WeightGradientForce, 3>(
+            Snow<float>{}, Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {}), Attraction<float, 3>{}, OwnVolume{},
+            {.arithmetic = arithmetic});
+    };
+    const wgsl::Program plain = make(wgsl::Arithmetic::plain), exact = make(wgsl::Arithmetic::exact);
+    const auto recorded = [](const wgsl::Program& p) {  // the functions from the definitions
+        const std::size_t begin = p.code.find("fn base_node_of"), end = p.code.find("fn inverse");
+        return p.code.substr(begin, p.code.find("fn product") < end ? p.code.find("fn product") - begin : end - begin);
+    };
+    for (const char* of_driver : {" * ", " / ", "sqrt(", "fma("}) {
+        INFO(of_driver);
+        CHECK(recorded(plain).find(of_driver) != std::string::npos);
+        CHECK(recorded(exact).find(of_driver) == std::string::npos);
+    }
+    for (const char* call : {"product(", "quotient(", "root("}) {
+        CHECK(recorded(exact).find(call) != std::string::npos);
+        CHECK(plain.code.find(call) == std::string::npos);
+    }
+    CHECK(std::signbit(exact.uniform("negative_zero").values.at(0)));
+    CHECK_THROWS_AS(plain.uniform("negative_zero"), usage_error);
+    CHECK(exact.name == plain.name + "_exact");
+    CHECK(wgsl::manifest(exact).find("\"default\": -0") != std::string::npos);
+}
+
+TEST_CASE("Exact programs keep sums apart that have a term in common", "[wgsl]") {
+    wgsl::Module module(wgsl::Arithmetic::exact);
+    using R = wgsl::recorded;
+    const auto function = [&](const std::string& name, const auto& f) {
+        module.function<R, R, R>(name, "", {"a", "b", "c"}, f);
+    };
+    function("twice", [](R a, R b, R) { return (a + b) - a; });
+    function("far", [](R a, R b, R c) { return (a + b) + (c - (-a)); });
+    function("none", [](R a, R b, R c) { return (a + b) + c; });
+    const std::string text = module.text();
+    CHECK(text.find("= max(a + b, -3e+38f) - a;") != std::string::npos);
+    CHECK(text.find("max(a + b, -3e+38f) + max(c - ") != std::string::npos);
+    CHECK(text.find("= a + b + c;") != std::string::npos);
 }
 
 TEST_CASE("The parameters of each of several boundaries are uniforms, which follow a solid that moves") {
