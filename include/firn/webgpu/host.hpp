@@ -78,7 +78,7 @@ public:
         if (grid && (grid->nodes_ != nodes_ || grid->blocks_ != blocks_))
             throw usage_error("Sets of particles on one grid have the same nodes.");
         for (const wgsl::Buffer& b : program_->buffers) {
-            if (grid && b.per != "particle") {
+            if (grid && b.per.rfind("particle", 0) != 0) {
                 wgpuBufferAddRef(grid->buffer(b.name));
                 buffers_[b.binding].reset(grid->buffer(b.name));
             } else {
@@ -488,6 +488,7 @@ private:
         }
         const auto across = [&](std::size_t axis) { return axis < nodes_.size() ? all / nodes_[axis] : 0; };
         for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"particle", capacity_},
+                                          {"particle_and_bin", wgsl::detail::words_of_bins(*program_, capacity_, all)},
                                           {"node", all},
                                           {"block", blocks},
                                           {"block_workgroup", blocks},

@@ -258,7 +258,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
 
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
-        if (buffer.per != "particle" || buffer.binding == detail::order || buffer.binding == detail::rates) continue;
+        if (buffer.per != "particle" || buffer.binding == detail::rates) continue;
         std::vector<float> numbers;
         numbers.reserve(count * std::size_t(buffer.count));
         detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {

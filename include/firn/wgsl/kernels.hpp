@@ -22,8 +22,8 @@ inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
 // step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left, 23
 // steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 32 to 287 time steps.
-// Four words of each set of particles follow: whether a particle has left its block, in this step, in the last one, and
-// by shifting; and the set's largest signal speed. Numbers are f32 bits: of positive ones the order is the same.
+// Five words of each set of particles follow: whether a particle has left its block, in this step, in the last one, and
+// by shifting; the set's largest signal speed; and how many of its particles are in order. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -39,13 +39,18 @@ fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
 }
 fn failed() -> bool { return atomicLoad(&status[0]) != 0u; }
 /// The k-th status word of this set of particles.
-fn set_word(k: u32) -> u32 { return ${FIRST_SET_WORD}u + 4u * params.set_number + k; }
+fn set_word(k: u32) -> u32 { return ${FIRST_SET_WORD}u + ${WORDS_OF_SET}u * params.set_number + k; }
 /// After an error nothing is changed any more, nor in a step of no time, which begin_step chooses when no time is left.
 fn stopped() -> bool { return failed() || (params.bound_time_step == 2u && atomicLoad(&status[9]) == 0u); }
 fn fail(error: u32, particle: u32) {
     atomicMax(&status[0], error);
     atomicMin(&status[1], particle);
     atomicStore(&status[27], params.set_number); // other sets do nothing then
+}
+var<workgroup> largest: array<atomic<u32>, 3>;
+/// Makes a status word at least as large as `bits`. Few calls of many change it, and only those write.
+fn raise_status(word: u32, bits: u32) {
+    if (bits > atomicLoad(&status[word])) { atomicMax(&status[word], bits); }
 }
 /// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
 fn lattice_from(k: ${VEC}) -> ${IVEC} {
@@ -120,10 +125,11 @@ fn begin_step() {
     atomicStore(&status[1], 0xffffffffu); // no particle
     for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
     atomicStore(&status[19], 0u);
-    for (var at = ${FIRST_SET_WORD}u; at < ${END_OF_SETS}u; at += 4u) {
+    for (var at = ${FIRST_SET_WORD}u; at < ${END_OF_SETS}u; at += ${WORDS_OF_SET}u) {
         atomicStore(&status[at + 1u], atomicExchange(&status[at], 0u));
         atomicStore(&status[at + 2u], 0u);
         atomicStore(&status[at + 3u], 0u);
+        atomicStore(&status[at + 4u], 0u);
     }
 }
 )";
@@ -131,8 +137,7 @@ fn begin_step() {
 /// WGSL text of a function that keeps the largest acceleration of the field, which limits the next time step.
 inline constexpr const char* acceleration = R"(
 fn see_acceleration(position: ${VEC}, velocity: ${VEC}) {
-    let size = bitcast<u32>(acceleration_of(position, velocity));
-    if (size > atomicLoad(&status[19])) { atomicMax(&status[19], size); } // few do, of many
+    raise_status(19u, bitcast<u32>(acceleration_of(position, velocity)));
 }
 )";
 
@@ -161,14 +166,11 @@ fn ${NAME}(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry points measure, measure_counts and choose_scale. Together they choose the scale (quanta per
-/// unit) of the integer sums of P2G. \see stage/fixed_point.hpp
+/// WGSL text of the entry point ${NAME}, which finds the largest q, g and m of all particles. If ${COUNT} is not empty,
+/// it counts the particles by their base nodes, too. \see stage/fixed_point.hpp
 inline constexpr const char* measure = R"(
-var<workgroup> largest: array<atomic<u32>, 3>;
-
-/// The number of particles by base node; the largest q, g and m.
 @compute @workgroup_size(${GROUP})
-fn measure(${INVOCATION}) {
+fn ${NAME}(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
         read_time_step();
@@ -178,13 +180,16 @@ fn measure(${INVOCATION}) {
         let load = load_of(record);
         atomicMax(&largest[0], bitcast<u32>(load.momentum));
         atomicMax(&largest[1], bitcast<u32>(load.gradient));
-        atomicMax(&largest[2], bitcast<u32>(load.mass));
-        atomicAdd(&counts[node_index(nodes_from(base + load_corner(i)))], 1u);
+        atomicMax(&largest[2], bitcast<u32>(load.mass));${COUNT}
     }
     workgroupBarrier();
-    if (local < 3u) { atomicMax(&status[3u + local], atomicLoad(&largest[local])); }
+    if (local < 3u) { raise_status(3u + local, atomicLoad(&largest[local])); }
 }
+)";
 
+/// WGSL text of the entry points measure_counts, which finds the largest number of particles with one base node, and
+/// choose_scale, which chooses the scale (quanta per unit) of the integer sums of P2G. \see stage/fixed_point.hpp
+inline constexpr const char* choose_scale = R"(
 @compute @workgroup_size(${GROUP})
 fn measure_counts(${INVOCATION}) {
     let i = invocation(group, groups, local);
@@ -192,7 +197,7 @@ fn measure_counts(${INVOCATION}) {
         atomicMax(&largest[0], bitcast<u32>(f32(atomicLoad(&counts[i]))));
     }
     workgroupBarrier();
-    if (local == 0u) { atomicMax(&status[6], atomicLoad(&largest[0])); }
+    if (local == 0u) { raise_status(6u, atomicLoad(&largest[0])); }
 }
 
 /// The scales, or the error that no scale keeps the sums in range.
@@ -221,15 +226,15 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 )";
 
 /// WGSL text of the function ${NAME}(i, scale, origin), which adds the momentum and mass of particle i, as ${RECORD}
-/// has them, to the sums at the nodes. ${TARGET} is the array that contains the sums, four integers per node. `origin`
-/// is the first node in this array.
+/// has them, to the sums at the nodes. ${TARGET} is the place of integer c of a node in an array. ${FIRST} is the first
+/// node that the particle reaches, in this array.
 inline constexpr const char* scatter = R"(
 fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
     let base = base_node_of(place);
     let fraction = place - base;
     let record = in_quanta(${RECORD}, scale);
-    let first = nodes_from(base + load_corner(i)) - origin;
+    let first = ${FIRST};
     var w = kernel_weights_of(fraction);
     ${GRADIENTS}
     for (var k = 0; k < ${SUPPORT}; k++) {
@@ -238,7 +243,7 @@ fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
             let q = nearest(value_at(line, ${OFFSETS}, ${WEIGHT}${GRADIENT_WEIGHTS}));
             let node = ${NODE};
             for (var c = 0u; c < 4u; c++) {
-                if (q[c] != 0) { atomicAdd(&${TARGET}[4u * node + c], q[c]); }
+                if (q[c] != 0) { atomicAdd(&${TARGET}, q[c]); }
             }
         ${END}
     }
@@ -256,62 +261,80 @@ fn p2g(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry points of P2G through workgroup memory: clear_blocks, count_blocks, scan_blocks,
-/// order_particles and p2g_blocks. The first four entry points sort the particles by the block of 4^D nodes that
-/// contains the particle's base node (the first node that the particle touches). In p2g_blocks, each workgroup adds up
-/// the particles of one block in an array in workgroup memory, the arena; then it adds the sums in the arena to the
-/// grid. All sums are integers, so they do not depend on the order of the particles.
+/// WGSL text of the entry points of P2G through workgroup memory: clear_bins, count_cells, place_cells, order_particles
+/// and p2g_blocks. The first four sort the particles by the cell of their base node (the first node that a particle
+/// touches), the cells of a block of 4^D nodes together. In p2g_blocks, each workgroup adds up the particles of one
+/// block in an array in workgroup memory, the arena; then it adds the sums in the arena to the grid.
+///
+/// The buffer "bins" has the particles in this order, then for each block: a number for each of its cells, which is how
+/// many particles it has and then where they end; and where the block's particles begin and end. The order of blocks
+/// differs from run to run. No number depends on it, because sums are integers.
 inline constexpr const char* p2g_sorted = R"(
-fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
-fn block_of(i: u32) -> u32 {
-    let at = nodes_from(base_node_of(load_place(i)) + load_corner(i)) / ${IVEC}(4);
-    return ${BLOCK_INDEX};
+fn bins_of(block: u32) -> u32 { return params.capacity + ${BIN_WORDS}u * block; }
+fn cell_of(i: u32) -> u32 {
+    let at = nodes_from(base_node_of(load_place(i)) + load_corner(i));
+    let in_block = at & ${IVEC}(3);
+    return bins_of(block_of(at)) + u32(${IN_BLOCK});
 }
 
 @compute @workgroup_size(${GROUP})
-fn clear_blocks(${INVOCATION}) {
+fn clear_bins(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (i < block_count()) { atomicStore(&blocks[2u * i + 1u], 0u); }
+    if (i >= node_count() || stopped()) { return; }
+    bin_words[bins_of(i / ${BLOCK_NODES}u) + i % ${BLOCK_NODES}u] = 0u;
 }
 
 @compute @workgroup_size(${GROUP})
-fn count_blocks(${INVOCATION}) {
+fn count_cells(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (i < params.particles) { atomicAdd(&blocks[2u * block_of(i) + 1u], 1u); }
+    if (i < params.particles && !stopped()) { atomicAdd(&bins[cell_of(i)], 1u); }
 }
 
-var<workgroup> sums: array<u32, 256>;
+var<workgroup> ends: array<u32, ${BLOCK_NODES}>;
+var<workgroup> begin_of_block: u32;
 
-/// Where each block's particles begin, twice: the second number then moves on to where they end.
-@compute @workgroup_size(256)
-fn scan_blocks(@builtin(local_invocation_index) local: u32) {
-    let each = (block_count() + 255u) / 256u;
-    let first = min(local * each, block_count());
-    let last = min(first + each, block_count());
+/// Where the particles of each cell are to begin; and how many particles of all sets have a base node, at most.
+@compute @workgroup_size(${BLOCK_NODES})
+fn place_cells(${INVOCATION}) {
+    let block = group.y * groups.x + group.x;
+    let is_block = block < block_count() && !stopped();
+    let cell = bins_of(block) + local;
     var own = 0u;
-    for (var b = first; b < last; b++) { own += atomicLoad(&blocks[2u * b + 1u]); }
-    sums[local] = own;
+    if (is_block) { own = bin_words[cell]; }
+    ends[local] = own;
     workgroupBarrier();
-    for (var reach = 1u; reach < 256u; reach *= 2u) {
+    for (var reach = 1u; reach < ${BLOCK_NODES}u; reach *= 2u) {
         var before = 0u;
-        if (local >= reach) { before = sums[local - reach]; }
+        if (local >= reach) { before = ends[local - reach]; }
         workgroupBarrier();
-        sums[local] += before;
+        ends[local] += before;
         workgroupBarrier();
     }
-    var begin = sums[local] - own;
-    for (var b = first; b < last; b++) {
-        let count = atomicLoad(&blocks[2u * b + 1u]);
-        atomicStore(&blocks[2u * b], begin);
-        atomicStore(&blocks[2u * b + 1u], begin);
-        begin += count;
+    let count = ends[${BLOCK_NODES}u - 1u];
+    if (local == 0u && count > 0u) {
+        begin_of_block = atomicAdd(&status[set_word(4u)], count) - params.first_particle;
     }
+    workgroupBarrier();
+    if (is_block) {
+        bin_words[cell] = begin_of_block + ends[local] - own;
+        if (local < 2u) {
+            bin_words[bins_of(block) + ${BLOCK_NODES}u + local] = begin_of_block + local * count;
+        }
+    }
+    if (own > 0u) {
+        let in_block = local;
+        let node = node_index(enter_block(block) + ${IVEC}(${AT_IN_BLOCK}));
+        let all = atomicAdd(&counts[node], own) + own;
+        atomicMax(&largest[0], bitcast<u32>(f32(all)));
+    }
+    workgroupBarrier();
+    if (local == 0u) { raise_status(6u, atomicLoad(&largest[0])); }
 }
 
 @compute @workgroup_size(${GROUP})
 fn order_particles(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (i < params.particles) { order[atomicAdd(&blocks[2u * block_of(i) + 1u], 1u)] = i; }
+    if (i < params.particles && !stopped()) { atomicStore(&bins[atomicAdd(&bins[cell_of(i)], 1u)], i); }
 }
 
 var<workgroup> arena: array<atomic<i32>, ${ARENA_NUMBERS}>;
@@ -319,24 +342,23 @@ ${SCATTER}
 @compute @workgroup_size(${GROUP})
 fn p2g_blocks(${INVOCATION}) {
     let block = group.y * groups.x + group.x;
-    for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) { atomicStore(&arena[k], 0); }
-    workgroupBarrier();
-    let origin = ${BLOCK_ORIGIN};
-    if (block < block_count() && !stopped()) {
-        read_time_step();
-        let scale = chosen_scale();
-        let end = atomicLoad(&blocks[2u * block + 1u]);
-        for (var s = atomicLoad(&blocks[2u * block]) + local; s < end; s += ${GROUP}u) {
-            scatter_in_arena(order[s], scale, origin);
-        }
+    if (local < 2u) {
+        ends[local] = 0u;
+        if (block < block_count() && !stopped()) { ends[local] = bin_words[bins_of(block) + ${BLOCK_NODES}u + local]; }
     }
+    for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) { atomicStore(&arena[k], 0); }
+    let begin = workgroupUniformLoad(&ends[0]);
+    let end = workgroupUniformLoad(&ends[1]);
+    if (begin == end) { return; }
+    read_time_step();
+    let scale = chosen_scale();
+    let origin = enter_block(block);
+    ${SHARE_OUT}
     workgroupBarrier();
     for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) {
-        let sum = atomicLoad(&arena[k]);
-        if (sum != 0) {
-            let node = i32(k / 4u);
-            atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum);
-        }
+        let node = i32(k / 4u);
+        let sum = atomicLoad(&arena[arena_number(u32(node), k % 4u)]);
+        if (sum != 0) { atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum); }
     }
 }
 )";
@@ -429,8 +451,8 @@ fn ${NAME}(${INVOCATION}) {
 /// of the particles before the first step.
 inline constexpr const char* g2p = R"(
 fn see_speed(speed: u32) {
-    atomicMax(&status[2], speed);
-    atomicMax(&status[set_word(3u)], speed);
+    raise_status(2u, speed);
+    raise_status(set_word(3u), speed);
 }
 fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 

@@ -51,8 +51,8 @@ struct Buffer {
         type;          ///< type of the values: "f32", "i32" or "u32"
     int binding;       ///< binding number of the buffer in group 0
     /// The kind of item for which the buffer has `count` values: "particle", "node", "block" (of 4^D nodes),
-    /// "axis_node" (a node along one axis; first all nodes along x, then all along y, then all along z) or "program" (a
-    /// single item).
+    /// "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node" (a node along one axis; first all
+    /// nodes along x, then all along y, then all along z) or "program" (a single item).
     std::string per;
     int count;                          ///< number of values that the buffer has for each item
     std::vector<Component> components;  ///< fields in the buffer, in their order; empty if `per` is not "particle"
@@ -205,8 +205,7 @@ enum Binding {
     status,
     counts,
     coordinates,
-    blocks,
-    order,
+    bins,
     rates,
     rate_sums,
     block_table
@@ -250,8 +249,11 @@ inline constexpr int first_logged_step = 32, logged_steps = 256;
 /// The words of the buffer "status" from which on there are some for each set of particles: whether a particle has left
 /// the reach of its block in this step, in the last one, and by shifting; and the largest signal speed of the set.
 /// @{
-inline constexpr int first_set_word = first_logged_step + logged_steps, words_of_set = 4, most_sets = 8;
+inline constexpr int first_set_word = first_logged_step + logged_steps, words_of_set = 5, most_sets = 8;
 /// @}
+/// Returns the number of words that the buffer "bins" has of a block: one for each of its cells, where its particles
+/// begin, and where they end.
+inline int bin_words(int dimension) { return (1 << (2 * dimension)) + 2; }
 /// The name of the component of "motion" that has the place before the last step, for programs with sinks.
 inline constexpr const char* place_before = "place_before";
 /// The word of the buffer "status" that tells whether a particle may have met a sink in the last step.
@@ -291,12 +293,8 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("status", "u32", status, "program", first_set_word + most_sets * words_of_set);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
-    if (facts.sparse) {
-        add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
-    } else {
-        add("blocks", "u32", blocks, "block", 2);
-        add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
-    }
+    add("bins", "u32", bins, "particle_and_bin", 1);
+    if (facts.sparse) add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
@@ -354,7 +352,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const std::string& name, const std::string& per, int size, Bindings bindings) {
         bindings.emplace_back(params, false);
-        const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort") || name == "grid_update";
+        const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort") ||
+                                 per == "block_workgroup" || name == "grid_update";
         if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
         std::sort(bindings.begin(), bindings.end());
@@ -385,13 +384,12 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
     add("p2g", "particle", size, with(particle, {{nodes, true}}));
-    if (!facts.sparse) {
-        add("clear_blocks", "node", size, {{blocks, true}});
-        add("count_blocks", "particle", size, {{motion, true}, {blocks, true}});
-        add("scan_blocks", "one_workgroup", 256, {{blocks, true}});
-        add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
-        add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
-    }
+    add("measure_loads", "particle", size, particle);
+    add("clear_bins", "node", size, {{status, true}, {bins, true}});
+    add("count_cells", "particle", size, {{motion, true}, {status, true}, {bins, true}});
+    add("place_cells", "block_workgroup", 1 << (2 * facts.dimension), {{status, true}, {bins, true}, {counts, true}});
+    add("order_particles", "particle", size, {{motion, true}, {status, true}, {bins, true}});
+    add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {bins, true}}));
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
     for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
         const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);

@@ -64,6 +64,15 @@ inline std::uint64_t stored_nodes(const Program& program, const std::vector<std:
     return all;
 }
 
+namespace detail {
+/// Returns the number of words of the buffer "bins".
+/// \param particles  capacity of the buffers
+/// \param nodes      number of stored nodes
+inline std::uint64_t words_of_bins(const Program& program, std::uint64_t particles, std::uint64_t nodes) {
+    return particles + (nodes >> 2 * program.dimension) * std::uint64_t(bin_words(program.dimension));
+}
+}  // namespace detail
+
 /// Returns how many particles a program can have on a device. For more, use several Hosts on one grid.
 inline std::uint64_t most_particles(const Program& program, const Limits& limits = {}) {
     const std::uint64_t groups = limits.groups_per_dimension;
@@ -92,6 +101,11 @@ inline void check_fits(const Program& program, std::uint64_t particles, const st
             throw parameter_error(sentence("The buffer '", b.name, "' needs ", each,
                                            " bytes per particle and can have at most ", most, " bytes (", name,
                                            "): ", most / each, " particles fit, ", particles, " were given."));
+        if (b.per == "particle_and_bin" && detail::words_of_bins(program, particles, all_nodes) > most / each)
+            throw parameter_error(sentence("The buffer '", b.name, "' needs ",
+                                           4 * detail::words_of_bins(program, particles, all_nodes), " bytes for ",
+                                           particles, " particles and ", all_nodes, " nodes, and can have at most ",
+                                           most, " bytes (", name, "). Use larger cells or a smaller domain."));
         if (b.per == "node" && all_nodes > most / each)
             throw parameter_error(sentence("The buffer '", b.name, "' needs ", each,
                                            " bytes per node and can have at most ", most, " bytes (", name,

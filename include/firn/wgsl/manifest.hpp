@@ -69,8 +69,8 @@ inline std::vector<std::string> entry_points_of(const Program& program, std::str
     if (pass == "sort") return {"begin_step", "clear", "sort"};
     if (pass == "filter volumes" && program.has("filter_volumes")) return detail::filtering_of(program);
     if (pass == "p2g" && sorted)
-        return {"measure",      "measure_counts", "choose_scale",    "clear_blocks",
-                "count_blocks", "scan_blocks",    "order_particles", "p2g_blocks"};
+        return {"clear_bins",   "count_cells",     "place_cells", "measure_loads",
+                "choose_scale", "order_particles", "p2g_blocks"};
     if (pass == "p2g") return {"measure", "measure_counts", "choose_scale", "p2g"};
     std::vector<std::string> points;
     if (pass == "grid update") {
@@ -175,7 +175,8 @@ inline void write_status_words(Json& json, const Program& program) {
 ///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
-///                  values for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes), "axis_node"
+///                  values for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes),
+///                  "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node"
 ///                  (a node along one axis: first all along x, then all along y, then all along z) or "program" (only
 ///                  one item). If `per` is "particle", the c-th value (from 0) of particle i is at index
 ///                  c * capacity + i; `components` lists the fields that consist of these values, with the name,

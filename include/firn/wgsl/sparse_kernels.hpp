@@ -18,6 +18,10 @@ fn node_count() -> u32 { return ${NODE_COUNT}; }
 fn node_index(at: ${IVEC}) -> u32 { return ${NODE_INDEX}; }
 fn node_at(i: u32) -> ${UVEC} { return ${NODE_AT}; }
 fn nodes_from(k: ${VEC}) -> ${IVEC} { return lattice_from(k); }
+fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
+fn block_of(first: ${IVEC}) -> u32 { let at = first / 4; return ${BLOCK_INDEX}; }
+/// The first node of a block.
+fn enter_block(block: u32) -> ${IVEC} { return ${BLOCK_ORIGIN}; }
 )";
 
 /// WGSL text of the functions that tell where nodes are in a sparse grid. nodes_from() finds the block of the first
@@ -55,6 +59,14 @@ fn node_index(at: ${IVEC}) -> u32 {
     let in_block = at & ${IVEC}(3);
     let place = block_words[9u * params.blocks + ${AROUND}u * home + u32(${FURTHER})];
     return ${BLOCK_NODES}u * place + u32(${IN_BLOCK});
+}
+/// The place of the block of the first node, after nodes_from().
+fn block_of(first: ${IVEC}) -> u32 { return home; }
+/// The first node of the block at a place. node_index() is for the nodes from there on, then.
+fn enter_block(place: u32) -> ${IVEC} {
+    home = place;
+    home_block = block_at(block_words[8u * params.blocks + place]);
+    return 4 * home_block;
 }
 fn node_at(i: u32) -> ${UVEC} {
     let in_block = i % ${BLOCK_NODES}u;

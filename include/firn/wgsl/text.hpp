@@ -90,9 +90,11 @@ public:
     }
     std::string entry_points(const Program& program) const {
         return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
-               filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) + filled(text::measure) +
-               scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
-               (facts_.sparse ? "" : filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}})) +
+               filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
+               filled(text::measure, {{"NAME", "measure"}, {"COUNT", count_base_node()}}) +
+               filled(text::measure, {{"NAME", "measure_loads"}, {"COUNT", ""}}) + filled(text::choose_scale) +
+               scatter("scatter", in_nodes("node_sums"), node_in_grid(), record_of_particle) + filled(text::p2g) +
+               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}, {"SHARE_OUT", share_out()}}) +
                filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                                   {"SEE_SINKS", see_sinks()},
@@ -164,21 +166,37 @@ private:
         return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
     }
 
-    std::string scatter(const char* name, const char* target, const std::string& node, const char* record) const {
+    /// Returns the WGSL statement in which `measure` counts a particle.
+    std::string count_base_node() const {
+        return indented(2) + "atomicAdd(&counts[node_index(nodes_from(base + load_corner(i)))], 1u);";
+    }
+    /// Returns the WGSL expression of integer c of a node in a buffer.
+    static std::string in_nodes(const std::string& buffer) { return buffer + "[4u * node + c]"; }
+    std::string scatter(const char* name, const std::string& target, const std::string& node, const char* record,
+                        const char* first = "nodes_from(base + load_corner(i))") const {
         std::string loops = listed(D_ - 1, [&](int a) { return from_zero(counter(a), facts_.support); }, " ");
         return filled(text::scatter,
                       {{"NAME", name},
                        {"TARGET", target},
                        {"RECORD", record},
+                       {"FIRST", first},
                        {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
                        {"NODE", node},
                        {"LOOPS", loops},
                        {"END", std::string(std::size_t(D_ - 1), '}')}});
     }
+    /// Returns the WGSL statements in which a workgroup shares the particles of a block out.
+    std::string share_out() const {
+        return "for (var s = begin + local; s < end; s += " + std::to_string(facts_.options.workgroup_size) +
+               "u) { scatter_in_arena(bin_words[s], scale, origin); }";
+    }
     std::string scatter_in_arena() const {
         const auto along = [&](int a) { return arena_along(a); };
-        return scatter("scatter_in_arena", "arena", "arena_node(" + node_from("first") + ")", record_of_particle) +
-               "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
+        return "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n" +
+               "fn arena_number(node: u32, c: u32) -> u32 { return " + std::to_string(power(arena_size())) +
+               "u * c + node; }" +
+               scatter("scatter_in_arena", "arena[arena_number(node, c)]", "arena_node(" + node_from("first") + ")",
+                       record_of_particle, "lattice_from(base + load_corner(i)) - origin");
     }
 
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
@@ -245,7 +263,7 @@ private:
                                             : "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
         const Names names{{"IDLE", idle()},
                           {"COUNT_WORD", filters ? "18" : "6"},
-                          {"SCATTER", scatter("scatter_rate", "rate_sums", node_in_grid(), record.c_str())},
+                          {"SCATTER", scatter("scatter_rate", in_nodes("rate_sums"), node_in_grid(), record.c_str())},
                           {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
                           {"EVERY", std::to_string(facts_.filters_every)},
                           {"GATHER", gather("", "sum_average", average, false)}};
@@ -360,6 +378,8 @@ private:
              "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "
              "@builtin(local_invocation_index) local: u32"},
             {"FIRST_SET_WORD", std::to_string(first_set_word)},
+            {"WORDS_OF_SET", std::to_string(words_of_set)},
+            {"BIN_WORDS", std::to_string(bin_words(D))},
             {"END_OF_SETS", std::to_string(first_set_word + most_sets * words_of_set)},
             {"NODE_COUNT", listed(D, nodes_along, " * ")},
             {"NODE_INDEX", "u32(" + flat("at", signed_nodes_along) + ")"},
@@ -446,11 +466,13 @@ inline std::string declarations(const Program& program) {
     };
     for (const Buffer& b : program.buffers) {
         const bool is_read_only = b.binding == constants || b.binding == coordinates;
-        const bool is_atomic =
-            b.binding == status || b.binding == counts || b.binding == blocks || b.binding == rate_sums;
+        const bool is_atomic = b.binding == status || b.binding == counts || b.binding == rate_sums;
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
             declare("nodes", b, "vec4<i32>", "read_write");
+        } else if (b.binding == bins) {
+            declare("bins", b, "atomic<u32>", "read_write");
+            declare("bin_words", b, "u32", "read_write");
         } else if (b.binding == block_table) {
             declare("block_table", b, "atomic<u32>", "read_write");
             declare("block_words", b, "u32", "read_write");

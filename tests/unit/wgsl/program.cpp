@@ -247,9 +247,9 @@ TEST_CASE("Mirrored walls act in a pass for each axis and part, after the grid u
     using Names = std::vector<std::string>;
     CHECK(wgsl::step_order_of(held) == Names{"begin_step", "clear", "sort", "measure", "measure_counts", "choose_scale",
                                              "p2g", "grid_update", "g2p"});
-    CHECK(wgsl::step_order_of(held, true) == Names{"begin_step", "clear", "sort", "measure", "measure_counts",
-                                                   "choose_scale", "clear_blocks", "count_blocks", "scan_blocks",
-                                                   "order_particles", "p2g_blocks", "grid_update", "g2p"});
+    CHECK(wgsl::step_order_of(held, true) == Names{"begin_step", "clear", "sort", "clear_bins", "count_cells",
+                                                   "place_cells", "measure_loads", "choose_scale", "order_particles",
+                                                   "p2g_blocks", "grid_update", "g2p"});
     CHECK(wgsl::entry_points_of(held, "filter volumes").empty());
     CHECK(wgsl::entry_points_of(held, "contact").empty());
     for (const std::string& text : {held.code, wgsl::manifest(held)}) CHECK(text.find("mirror") == std::string::npos);
