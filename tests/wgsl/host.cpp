@@ -1,10 +1,12 @@
 /// \file What firn/webgpu promises, on a device without contraction (see firn_swiftshader in cmake/webgpu.sh): numbers
 /// as the CPU's to the bit, and an error with its reason for all that goes wrong. Closes with "N passed, M failed".
 #include <firn/webgpu/host.hpp>
+#include <firn/webgpu/pass_times.hpp>
 
 #include "checks.hpp"
 #include "scene.hpp"
 
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 
@@ -221,6 +223,45 @@ void sorted_steps_sort() {
     check(order == all, "a sorted step puts every particle into the order once");
 }
 
+void times_of_passes() {
+    const Blocks<2> blocks;
+    const webgpu::Device device({.timestamps = true});
+    check(device.has_timestamps() && !webgpu::Device().has_timestamps(), "timestamps only where they are asked for");
+    webgpu::Host timed(device, blocks.program, blocks.inputs()), plain = blocks.on_device();
+    for (webgpu::Host* host : {&timed, &plain}) host->initialise();
+    const std::vector<std::string> order = wgsl::step_order_of(blocks.program, true);
+    constexpr int steps = 37;
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<webgpu::PassTime> times = webgpu::time_passes(timed.sequence(order), steps);
+    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    plain.step(steps, true);
+    check_same_bits("steps whose passes are timed", timed.read_buffer("motion"), plain.read_buffer("motion"));
+    std::vector<std::string> names;
+    double sum = 0;
+    bool good = true;
+    for (const webgpu::PassTime& pass : times) {
+        names.push_back(pass.entry_point);
+        sum += steps * pass.mean;
+        good = good && pass.material == blocks.program.material && pass.particles == timed.particles() &&
+               pass.median > 0 && std::isfinite(pass.mean) && pass.mean * steps > 0.49 * pass.median * steps;
+    }
+    check(names == order && good, "each pass of a step has a name and a time", sentence(names.size(), " passes"));
+    check(sum > 0.02 * wall && sum < wall, "the times make up much of the time that passes",
+          sentence(sum, " s of ", wall, " s"));
+    const auto pass = [&](const std::string& name) {
+        return times.at(std::size_t(std::ranges::find(names, name) - names.begin()));
+    };
+    check(pass("p2g_blocks").bytes_a_particle == 0 && pass("grid_update").bytes_a_particle == 0,
+          "what does not run for each particle has no bytes of it");
+    check(webgpu::time_passes({}, 3).empty(), "no passes take no time");
+    check_throws<usage_error>("times of a device that was made without", {"DeviceOptions::timestamps", device.name()},
+                              [&] { webgpu::time_passes(plain.sequence(order), 1); });
+    check_throws<usage_error>("the time of no entry point", {"no entry point no_such"},
+                              [&] { webgpu::time_passes(timed.sequence({"no_such"}), 1); });
+    check_throws<usage_error>("too many passes to be timed", {"2050", "2048"},
+                              [&] { webgpu::time_passes(timed.sequence(std::vector<std::string>(2050, "clear")), 1); });
+}
+
 void errors_of_a_step() {
     const Blocks<2> blocks;
     webgpu::Host simulation = blocks.on_device();
@@ -362,8 +403,10 @@ fn visit(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     inputs.set("nodes", {4, 8});
     inputs.set("particles", {count});
     inputs.set("capacity", {count});
-    webgpu::Host simulation(webgpu::Device(), program, inputs);
-    simulation.run({"visit"}, 3);
+    webgpu::Host simulation(webgpu::Device({.timestamps = true}), program, inputs);
+    simulation.run({"visit"}, 2);
+    check(webgpu::time_passes(simulation.sequence({"visit"}), 1).at(0).bytes_a_particle == 8,
+          "what is written is also read");
     std::vector<std::uint32_t> expected(count);
     for (std::uint32_t i = 0; i < count; ++i) expected[i] = 3 * (i + 1);
     check_same_bits("every particle is visited, in two rows of workgroups", simulation.read<std::uint32_t>("visits"),
@@ -400,6 +443,7 @@ int main() {
         mirrored_walls();
         many_steps_are_single_steps();
         sorted_steps_sort();
+        times_of_passes();
         errors_of_a_step();
         mistakes_in_a_program();
         too_many_particles();

@@ -3,6 +3,7 @@
 /// done is refused in a sentence. Closes with "N passed, M failed".
 #include <firn/io/restart.hpp>
 #include <firn/webgpu/on_gpu.hpp>
+#include <firn/webgpu/pass_times.hpp>
 
 #include "checks.hpp"
 #include "scene.hpp"
@@ -310,6 +311,31 @@ void four_materials(bool at_bound) {
     }
 }
 
+void times_of_passes() {
+    auto cpu = thrown();
+    cpu.most_steps_between_sorts = 7;
+    auto gpu = webgpu::on_gpu(cpu, webgpu::Device({.timestamps = true}));
+    for (int k = 0; k < 45; ++k) cpu.step();
+    gpu.step();
+    const std::vector<webgpu::PassTime> times = webgpu::time_passes(gpu, 40);
+    for (int k = 0; k < 4; ++k) gpu.step();
+    check_same_run("steps of which some were timed: ", cpu, gpu);
+    const auto has = [&](const std::string& name) {
+        return std::ranges::any_of(times, [&](const webgpu::PassTime& pass) {
+            return pass.entry_point == name && pass.median > 0 && pass.mean > 0;
+        });
+    };
+    check(has("begin_step") && has("p2g") && has("g2p"), "passes of a simulation's step have times");
+    auto slow = webgpu::on_gpu(cpu, gpu.device()), plain = webgpu::on_gpu(cpu);
+    slow.edit().fixed_time_step = 0;
+    check_throws<usage_error>("times of steps that are not fixed", {"fixed_time_step"},
+                              [&] { webgpu::time_passes(slow, 1); });
+    check_throws<usage_error>("times of a device without timestamps", {"DeviceOptions::timestamps"},
+                              [&] { webgpu::time_passes(plain, 1); });
+    cpu.step(), plain.step();
+    check_same_run("after a refusal: ", cpu, plain);
+}
+
 void from_one_to_the_other() {
     auto stayed = thrown(), cpu = thrown();
     for (int k = 0; k < 90; ++k) stayed.step();
@@ -454,6 +480,7 @@ int main() {
         for (const bool at_bound : {false, true}) four_materials(at_bound);
         sources(webgpu::Device());
         sparse_grids();
+        times_of_passes();
         small_limits();
         from_one_to_the_other();
         errors_of_steps();

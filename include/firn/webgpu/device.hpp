@@ -41,7 +41,10 @@ struct DeviceOptions {
     /// Limits that programs keep where those of the GPU are higher.
     wgsl::Limits at_most{std::numeric_limits<std::uint64_t>::max(), std::numeric_limits<std::uint64_t>::max(),
                          std::numeric_limits<std::uint32_t>::max(), std::numeric_limits<int>::max()};
+    bool timestamps = false;  ///< whether to ask for timestamps, if the GPU has them. \see Device::has_timestamps
 };
+
+class Device;
 
 namespace detail {
 
@@ -70,6 +73,7 @@ using OwnedPipelineLayout = Owned<WGPUPipelineLayout, wgpuPipelineLayoutRelease>
 using OwnedPipeline = Owned<WGPUComputePipeline, wgpuComputePipelineRelease>;
 using OwnedBindGroup = Owned<WGPUBindGroup, wgpuBindGroupRelease>;
 using OwnedEncoder = Owned<WGPUCommandEncoder, wgpuCommandEncoderRelease>;
+using OwnedQueries = Owned<WGPUQuerySet, wgpuQuerySetRelease>;
 using OwnedPass = Owned<WGPUComputePassEncoder, wgpuComputePassEncoderRelease>;
 using OwnedCommands = Owned<WGPUCommandBuffer, wgpuCommandBufferRelease>;
 
@@ -150,6 +154,7 @@ public:
     bool is_software = false;
     wgsl::Arithmetic arithmetic;
     wgsl::Limits limits;
+    bool has_timestamps = false;
     std::map<std::string, std::shared_ptr<const Compiled>> compiled{};  // the key is the program's text
 
 private:
@@ -190,6 +195,22 @@ private:
         wgpuAdapterGetLimits(adapter.get(), &most);
         WGPUDeviceDescriptor asked{};
         asked.requiredLimits = options.raise_limits ? &most : nullptr;
+        // Older versions of webgpu.h have the number 3 for this feature, and the library may be older than the header.
+        // Where 3 is another feature, to ask for it does no harm.
+        std::vector<WGPUFeatureName> features{WGPUFeatureName_TimestampQuery, WGPUFeatureName(3)};
+        std::erase_if(features, [&](WGPUFeatureName feature) {
+            return !options.timestamps || !wgpuAdapterHasFeature(adapter.get(), feature);
+        });
+        asked.requiredFeatureCount = features.size();
+        asked.requiredFeatures = features.data();
+#ifdef WGPU_DAWN_TOGGLES_DESCRIPTOR_INIT
+        const char* const roundings[] = {"timestamp_quantization"};  // to 0.1 ms, against spies in web pages
+        WGPUDawnTogglesDescriptor exact{};
+        exact.chain.sType = WGPUSType_DawnTogglesDescriptor;
+        exact.disabledToggleCount = std::size(roundings);
+        exact.disabledToggles = roundings;
+        if (options.timestamps) asked.nextInChain = &exact.chain;
+#endif
         asked.deviceLostCallbackInfo.mode = WGPUCallbackMode_AllowProcessEvents;
         asked.deviceLostCallbackInfo.callback = [](WGPUDevice const*, WGPUDeviceLostReason, WGPUStringView message,
                                                    void* self, void*) {
@@ -225,6 +246,8 @@ private:
     }
 };
 
+bool gives_timestamps(const Device& device);
+
 }  // namespace detail
 
 /// A GPU, or a software driver that acts as one.
@@ -235,7 +258,9 @@ class Device {
 public:
     /// Chooses a GPU and requests a device from it.
     /// \throws device_error  if there is no usable GPU, or if the GPU provides no device; the message tells why
-    explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {}
+    explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {
+        state_->has_timestamps = options.timestamps && detail::gives_timestamps(*this);
+    }
 
     /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
@@ -243,6 +268,9 @@ public:
     wgsl::Arithmetic arithmetic() const { return state_->arithmetic; }
     /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
+    /// Returns whether the device gives timestamps: whether DeviceOptions::timestamps asked for them, and the GPU has
+    /// them. \see time_passes
+    bool has_timestamps() const { return state_->has_timestamps; }
     /// Throws if the device has reported an error. A Host calls this function whenever it uses the device.
     /// \throws device_error  if the device was lost, or if it has refused a command since the last call of this
     ///                       function
@@ -291,6 +319,18 @@ std::optional<std::string> objection(const Device& device, const F& create) {
     device.check();
     return first;
 }
+
+/// Returns room for timestamps of the device, or what is wrong if it gives none.
+inline std::pair<OwnedQueries, std::string> make_timestamps(const Device& device, std::uint32_t count) {
+    WGPUQuerySetDescriptor asked{};
+    asked.type = WGPUQueryType_Timestamp;
+    asked.count = count;
+    OwnedQueries made;
+    const auto wrong = objection(device, [&] { made.reset(wgpuDeviceCreateQuerySet(device.handle(), &asked)); });
+    if (wrong || !made) return {nullptr, wrong.value_or("no reason is given")};
+    return {std::move(made), ""};
+}
+inline bool gives_timestamps(const Device& device) { return make_timestamps(device, 2).first != nullptr; }
 
 /// Returns a new buffer of `bytes` bytes.
 /// \param name  label of the buffer in error messages

@@ -291,23 +291,11 @@ public:
     static void run(const Sequence& sequence, int times = 1) {
         if (sequence.empty()) return;
         const Device& device = sequence.front().first->device_;
-        device.check();
-        std::vector<const detail::Kernel*> kernels;
-        for (const auto& [host, name] : sequence) {
-            const auto found = host->kernels_.find(name);
-            if (found == host->kernels_.end())
-                throw usage_error("The program " + host->program_->name + " has no entry point " + name + ".");
-            kernels.push_back(&found->second);
-            host->send_uniforms();
-        }
+        const std::vector<const detail::Kernel*> kernels = kernels_of(sequence);
         const detail::OwnedEncoder encoder(wgpuDeviceCreateCommandEncoder(device.handle(), nullptr));
         const detail::OwnedPass pass(wgpuCommandEncoderBeginComputePass(encoder.get(), nullptr));
         for (int i = 0; i < times; ++i)
-            for (const detail::Kernel* kernel : kernels) {
-                wgpuComputePassEncoderSetPipeline(pass.get(), kernel->pipeline);
-                wgpuComputePassEncoderSetBindGroup(pass.get(), 0, kernel->bind_group.get(), 0, nullptr);
-                wgpuComputePassEncoderDispatchWorkgroups(pass.get(), kernel->groups.x, kernel->groups.y, 1);
-            }
+            for (const detail::Kernel* kernel : kernels) kernel->dispatch(pass);
         wgpuComputePassEncoderEnd(pass.get());
         detail::submit(device, encoder);
     }
@@ -405,6 +393,22 @@ public:
     }
 
 private:
+    friend class PassTimer;
+
+    /// Returns what a sequence runs, and sends the uniforms.
+    static std::vector<const detail::Kernel*> kernels_of(const Sequence& sequence) {
+        sequence.front().first->device_.check();
+        std::vector<const detail::Kernel*> kernels;
+        for (const auto& [host, name] : sequence) {
+            const auto found = host->kernels_.find(name);
+            if (found == host->kernels_.end())
+                throw usage_error("The program " + host->program_->name + " has no entry point " + name + ".");
+            kernels.push_back(&found->second);
+            host->send_uniforms();
+        }
+        return kernels;
+    }
+
     bool has_room_for(const wgsl::Inputs& inputs) const {
         return inputs.particles == capacity_ && inputs.nodes == nodes_ && inputs.blocks == blocks_;
     }

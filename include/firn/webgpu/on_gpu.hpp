@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -66,6 +67,25 @@ public:
     void advance(double duration) {
         firn::detail::check_duration(duration);
         take_steps(duration, std::numeric_limits<std::uint64_t>::max());
+        check();
+    }
+
+    /// Takes `count` steps of Simulation::fixed_time_step, which `run` gives to the device as Host::run() does. Waits
+    /// for them. \see time_passes
+    /// \param run  called with a sequence of entry points and how many times to run it; it throws nothing but errors of
+    ///             the device
+    /// \throws usage_error  if the time step is not fixed
+    /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
+    template <class Run>
+    void step_by(std::uint64_t count, const Run& run) {
+        if (!(simulation_.fixed_time_step > 0))
+            throw usage_error("Only steps of a fixed_time_step can be given to the device by something else.");
+        run_ = std::ref(run);
+        const struct Restore {
+            OnGpu& gpu;
+            ~Restore() { gpu.run_ = as_usual; }
+        } restore{*this};
+        take_steps(std::numeric_limits<double>::infinity(), simulation_.steps() + count);
         check();
     }
 
@@ -120,6 +140,8 @@ public:
     }
 
 private:
+    static void as_usual(const Host::Sequence& step, int times) { Host::run(step, times); }
+
     Host& grid() { return *sets_[0].chunks[0].host; }  // which has the buffers of the grid
 
     /// Throws if the simulation has something that steps on the GPU do not do.
@@ -346,7 +368,7 @@ private:
 
     /// Gives the steps that wait to the device.
     void submit() {
-        if (waiting_ > 0) Host::run(step_, std::exchange(waiting_, 0));
+        if (waiting_ > 0) run_(step_, std::exchange(waiting_, 0));
     }
 
     /// Waits for all steps, and takes note of what they report.
@@ -491,6 +513,7 @@ private:
     std::vector<Moment> moments_;               // before each step since the last look at the status
     Boundary boundary_seen_;                    // at the last look at the status
     int waiting_ = 0;                           // steps that were not yet given to the device
+    std::function<void(const Host::Sequence&, int)> run_ = as_usual;  // gives them to it
     bool is_edited_ = false, has_failed_ = false;
     bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not

@@ -78,6 +78,12 @@ struct Kernel {
     WGPUComputePipeline pipeline;
     OwnedBindGroup bind_group;
     wgsl::Dispatch groups;
+
+    void dispatch(const OwnedPass& pass) const {
+        wgpuComputePassEncoderSetPipeline(pass.get(), pipeline);
+        wgpuComputePassEncoderSetBindGroup(pass.get(), 0, bind_group.get(), 0, nullptr);
+        wgpuComputePassEncoderDispatchWorkgroups(pass.get(), groups.x, groups.y, 1);
+    }
 };
 
 using Buffers = std::map<int, OwnedBuffer>;  // the key is the buffer's binding number
