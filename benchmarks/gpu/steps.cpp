@@ -249,14 +249,6 @@ void check(const std::string& scene, Simulation cpu, const webgpu::Device& devic
     std::fflush(stdout);
 }
 
-bool is_software(const webgpu::Device& device) {
-    WGPUAdapterInfo info{};
-    wgpuDeviceGetAdapterInfo(device.handle(), &info);
-    const bool is = info.adapterType == WGPUAdapterType_CPU;
-    wgpuAdapterInfoFreeMembers(info);
-    return is;
-}
-
 [[noreturn]] void refuse(std::string_view word) {
     throw usage_error("What is " + std::string(word) + "? There are --particles N[,N...], --scene NAME, --steps K, " +
                       "--turns K, --quick, --check and --adapter; scenes are elastic, snow, sand and four.");
@@ -304,7 +296,7 @@ Options options_of(const std::vector<std::string>& words) {
 }
 
 void run(const webgpu::Device& device, Options options) {
-    const bool software = is_software(device);
+    const bool software = device.is_software();
     if (options.particles.empty()) {
         options.particles =
             software ? std::vector<std::size_t>{8'000, 64'000} : std::vector<std::size_t>{100'000, 1'000'000};

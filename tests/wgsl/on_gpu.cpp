@@ -270,7 +270,7 @@ void small_limits() {
 }
 
 /// Water, sand and jelly fall on each other, beside a ball that moves; then comes snow, and more water.
-void four_materials(bool at_bound) {
+void four_materials(bool at_bound, const webgpu::Device& device = webgpu::Device()) {
     using Water = Fluid<float>;
     using Jelly = FixedCorotated<float>;
     Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
@@ -287,7 +287,7 @@ void four_materials(bool at_bound) {
     add(cpu.template set<Water>(), 0.2, 0.25, {9, -3});
     add(cpu.template set<Sand<float>>(), 0.42, 0.25, {1, -4});
     add(cpu.template set<Jelly>(), 0.45, 0.5, {-2, -9});
-    auto gpu = webgpu::on_gpu(cpu);
+    auto gpu = webgpu::on_gpu(cpu, device);
     const std::string name = at_bound ? "four materials, in steps at their bound: " : "four materials: ";
     for (const std::string part : {"three, ", "and snow, "}) {
         if (part == "and snow, ") {
@@ -309,6 +309,23 @@ void four_materials(bool at_bound) {
         if (part == "and snow, ") compare(std::type_identity<Snow<float>>{});
         compare(std::type_identity<Jelly>{});
     }
+}
+
+/// Programs as they are on hardware: exact, and P2G adds up in workgroup memory.
+void as_on_hardware() {
+    const webgpu::Device device({.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true}),
+        small({.sums_by_block = true, .at_most = {48 << 10, 48 << 10, 64, 8}});
+    check(device.arithmetic() == wgsl::Arithmetic::exact && device.sums_by_block(), "what is asked for is chosen");
+    compare("thrown, as on hardware", thrown(), 60, 1, device);
+    auto sand = made<2>(Sand<float>{}, 1.0 / 60, 1e-4);
+    add_block<2>(sand, 1.0 / 120, {8, -16});
+    compare("sand on a sparse grid, as on hardware", bounded(std::move(sand)), 60, 1, device);
+    four_materials(true, device);
+    compare("several chunks, added up by block", bounded(thrown({1, -2}, 1.0 / 250)), 30, 1, small);
+    const webgpu::Device here;
+    check(here.sums_by_block() != here.is_software() &&
+              (here.arithmetic() == wgsl::Arithmetic::plain) == here.is_software(),
+          "a software driver gets plain programs");
 }
 
 void times_of_passes() {
@@ -481,6 +498,7 @@ int main() {
         sources(webgpu::Device());
         sparse_grids();
         times_of_passes();
+        as_on_hardware();
         small_limits();
         from_one_to_the_other();
         errors_of_steps();

@@ -38,6 +38,9 @@ struct DeviceOptions {
     /// How the programs of on_gpu() round. If empty, they are exact, except for a software driver, where plain programs
     /// are so, too.
     std::optional<wgsl::Arithmetic> arithmetic{};
+    /// Whether P2G of on_gpu() adds the particles of a block up in workgroup memory, see Host::step; the bits are the
+    /// same. If empty, it does, except with a software driver, which takes twice as long for it.
+    std::optional<bool> sums_by_block{};
     /// Limits that programs keep where those of the GPU are higher.
     wgsl::Limits at_most{std::numeric_limits<std::uint64_t>::max(), std::numeric_limits<std::uint64_t>::max(),
                          std::numeric_limits<std::uint32_t>::max(), std::numeric_limits<int>::max()};
@@ -115,6 +118,7 @@ public:
         request_adapter(options);
         request_device(options);
         queue.reset(wgpuDeviceGetQueue(device.get()));
+        sums_by_block = options.sums_by_block.value_or(!is_software);
         arithmetic = options.arithmetic.value_or(is_software ? wgsl::Arithmetic::plain : wgsl::Arithmetic::exact);
         WGPULimits given{};
         wgpuDeviceGetLimits(device.get(), &given);
@@ -153,6 +157,7 @@ public:
     std::string name;
     bool is_software = false;
     wgsl::Arithmetic arithmetic;
+    bool sums_by_block;
     wgsl::Limits limits;
     bool has_timestamps = false;
     std::map<std::string, std::shared_ptr<const Compiled>> compiled{};  // the key is the program's text
@@ -266,6 +271,10 @@ public:
     const std::string& name() const { return state_->name; }
     /// Returns how the programs of on_gpu() round. \see DeviceOptions::arithmetic
     wgsl::Arithmetic arithmetic() const { return state_->arithmetic; }
+    /// Returns whether P2G of on_gpu() adds up in workgroup memory. \see DeviceOptions::sums_by_block
+    bool sums_by_block() const { return state_->sums_by_block; }
+    /// Returns whether the GPU is a software driver, which computes on the CPU.
+    bool is_software() const { return state_->is_software; }
     /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
     /// Returns whether the device gives timestamps: whether DeviceOptions::timestamps asked for them, and the GPU has

@@ -78,7 +78,7 @@ public:
         if (grid && (grid->nodes_ != nodes_ || grid->blocks_ != blocks_))
             throw usage_error("Sets of particles on one grid have the same nodes.");
         for (const wgsl::Buffer& b : program_->buffers) {
-            if (grid && b.per.rfind("particle", 0) != 0) {
+            if (grid && !wgsl::is_of_particles(b)) {
                 wgpuBufferAddRef(grid->buffer(b.name));
                 buffers_[b.binding].reset(grid->buffer(b.name));
             } else {

@@ -189,10 +189,10 @@ private:
             upload(set, k);
         });
         step_.clear();
-        for (const std::string& name : wgsl::step_order_of(sets_[0].program))
+        for (const std::string& name : wgsl::step_order_of(sets_[0].program, device_.sums_by_block()))
             for (const detail::SetOnDevice<D>& set : sets_)
                 for (const detail::Chunk& chunk : set.chunks)
-                    if (chunk.host.get() == &grid() || set.program.entry_point(name).per == "particle")
+                    if (chunk.host.get() == &grid() || wgsl::has_own_buffers(set.program, name))
                         step_.emplace_back(chunk.host.get(), name);
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);

@@ -145,6 +145,18 @@ struct Program {
     }
 };
 
+/// Returns whether a buffer is of one set of particles, even if several sets have one grid.
+inline bool is_of_particles(const Buffer& buffer) { return buffer.per.rfind("particle", 0) == 0; }
+/// Returns whether an entry point of a program uses buffers of particles: it runs for each set of those on one grid.
+/// \throws usage_error  if the program has no such entry point
+inline bool has_own_buffers(const Program& program, const std::string& entry_point) {
+    const auto& bindings = program.entry_point(entry_point).bindings;
+    return std::any_of(program.buffers.begin(), program.buffers.end(), [&](const Buffer& b) {
+        return is_of_particles(b) && std::any_of(bindings.begin(), bindings.end(),
+                                                 [&](const auto& bound) { return bound.first == b.binding; });
+    });
+}
+
 /// Properties of the policies. The text of a program depends on these properties.
 struct Facts {
     int dimension,           ///< dimension of space: 2 or 3
