@@ -385,7 +385,7 @@ void every_particle_once() {
     program.name = "visits";
     program.dimension = 2;
     wgsl::detail::UniformLayout uniforms(program);
-    wgsl::detail::add_uniforms(uniforms, 2);
+    wgsl::detail::add_uniforms(uniforms, 2, {});
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     program.buffers = {{"visits", "u32", 1, "particle", 1, {{"visits", 1, "1"}}},
                        {"status", "u32", 2, "program", 16, {}}};

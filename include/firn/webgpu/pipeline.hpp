@@ -32,7 +32,8 @@ inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     OwnedModule module;
     const auto wrong = objection(device, [&] { module.reset(wgpuDeviceCreateShaderModule(device.handle(), &asked)); });
     std::string messages;
-    if (module) {
+#if !__has_include(<webgpu/wgpu.h>)  // wgpu-native, which has this header, has the messages in `wrong`
+    if (module && wrong) {
         struct Reader {
             const wgsl::Program& program;
             std::string& messages;
@@ -57,6 +58,7 @@ inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
         wgpuShaderModuleGetCompilationInfo(module.get(), callback);
         answer.wait(device.instance());
     }
+#endif
     if (!messages.empty()) throw device_error(messages);
     if (wrong || !module) throw device_error(program.name + ".wgsl: " + wrong.value_or("cannot be compiled"));
     return module;
