@@ -15,13 +15,16 @@
 //! firn::Simulation back = gpu.simulation();                // a copy, to go on with on the CPU
 //! ```
 //!
-//! Link `firn::webgpu`, which needs a library with WebGPU's C interface (Dawn, wgpu-native).
+//! Link `firn::webgpu`, which needs a library with WebGPU's C interface: Dawn, or wgpu-native, which ends the program
+//! where a device refuses a command.
 //! `examples/23_on_gpu.cpp` is a whole program.
 //!
 //! - The GPU adds up integers: give the simulation `firn::FixedPoint<std::int32_t>`, so that the CPU does the same. Steps
 //!   at their bound are chosen in float then (`float_steps`), or give a `fixed_time_step`.
 //! - Where the device rounds as IEEE 754 says, and the program is compiled with `-ffp-contract=off`, the run has the
-//!   CPU's bits, but for the sign of zeros. Software GPUs do so; a driver of NVIDIA's rounds otherwise.
+//!   CPU's bits, but for the sign of zeros. Software GPUs do so. Drivers of hardware round otherwise, so on hardware
+//!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
+//!   `webgpu::DeviceOptions` choose.
 //! - There may be up to eight materials of any kind, PIC or APIC, any kernel and force form, walls and colliders that
 //!   move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: a run
 //!   waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads, forces between particles,
