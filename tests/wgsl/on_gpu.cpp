@@ -5,8 +5,7 @@
 #include <firn/webgpu/on_gpu.hpp>
 #include <firn/webgpu/pass_times.hpp>
 
-#include "checks.hpp"
-#include "scene.hpp"
+#include "on_gpu_checks.hpp"
 
 namespace {
 
@@ -14,37 +13,9 @@ using namespace firn;
 using namespace checks;
 using scenes::Integers;
 
-/// Compares all that two states have.
-template <class State>
-void check_same_state(const std::string& name, const State& expected, const State& got) {
-    check(got.time == expected.time && got.step == expected.step && got.last_time_step == expected.last_time_step,
-          sentence(name, "step ", expected.step), sentence("step ", got.step, ", ", got.time, " s"));
-    check(got.id == expected.id && got.body == expected.body, name + "ids and bodies");
-    check(got.parameters == expected.parameters, name + "parameters, also those of a boundary that moves");
-    for (std::size_t f = 0; f < expected.fields.size(); ++f) {
-        // Devices leave out additions of 0, which make 0 of −0 on the CPU.
-        const auto without_signed_zeros = [](auto values) {
-            for (auto& x : values) x = x == 0 ? 0 : x;
-            return values;
-        };
-        check_same_bits(name + got.fields[f].name, without_signed_zeros(got.fields[f].values),
-                        without_signed_zeros(expected.fields[f].values));
-    }
-}
-
-/// Compares all that two simulations have of their particles, and how far they are.
-template <class A, class B>
-void check_same_run(const std::string& name, A& a, B& b) {
-    check_same_state(name, firn::state_of(a), firn::state_of(b));
-}
-
 template <class Simulation>
 void check_same_sums(const std::string& name, Simulation& cpu, webgpu::OnGpu<Simulation>& gpu) {
-    const auto expected = cpu.totals(), got = gpu.totals();
-    check(got.particles == expected.particles && got.mass == expected.mass && got.momentum == expected.momentum &&
-              got.angular_momentum == expected.angular_momentum && got.kinetic_energy == expected.kinetic_energy &&
-              (got.elastic_energy == expected.elastic_energy || std::isnan(expected.elastic_energy)),
-          name + "totals");
+    check_same_totals(name, cpu.totals(), gpu.totals());
     check(gpu.report().signal_speed == cpu.report().signal_speed && gpu.stable_time_step() == cpu.stable_time_step() &&
               gpu.moment() == cpu.moment(),
           name + "report and bound of the time step");
@@ -67,16 +38,6 @@ void compare(const std::string& name, Simulation cpu, int steps, int parts = 2,
     check_same_sums(name + ": ", cpu, gpu);
 }
 
-template <int D, class Material, class... Policies>
-auto made(const Material& material, double cell_size, double time_step, const Policies&... policies) {
-    Domain<D> domain;
-    domain.cell_size = cell_size;
-    Simulation simulation(domain, material, Integers{}, policies...);
-    simulation.fixed_time_step = time_step;
-    simulation.warn = {};
-    return simulation;
-}
-
 /// A block that flies to a ball, which moves and turns, and drifts through several blocks of the grid.
 auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90) {
     Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
@@ -94,14 +55,6 @@ void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity)
     simulation.add(sample_box<D>(Vec<double, D>::filled(0.2), Vec<double, D>::filled(0.5),
                                  {.spacing = spacing, .pattern = Pattern::jittered, .jitter = 0.1}),
                    1000, velocity);
-}
-
-/// The same in steps at their bound.
-template <class Simulation>
-Simulation bounded(Simulation simulation) {
-    simulation.fixed_time_step = 0;
-    simulation.execution.float_steps = true;
-    return simulation;
 }
 
 auto mirrored() {

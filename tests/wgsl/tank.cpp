@@ -1,0 +1,205 @@
+/// \file A tank of water, sand, snow and jelly, with a ball that moves through them, sources and sinks: 200 steps on
+/// the device are those of the CPU to the bit; from there runs go on where they have not begun. Closes with "N passed,
+/// M failed".
+#include <firn/io/restart.hpp>
+#include <firn/webgpu/on_gpu.hpp>
+
+#include "on_gpu_checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace {
+
+using namespace firn;
+using namespace checks;
+
+using Water = Fluid<float>;
+using Jelly = FixedCorotated<float>;
+
+constexpr std::size_t materials = 4;
+constexpr double cell_size = 1.0 / 40, spacing = 1.0 / 100;  // [m]
+
+/// Calls f(type_identity of the material, its number) for each material.
+template <class F>
+void for_materials(const F& f) {
+    f(std::type_identity<Water>{}, std::size_t{0});
+    f(std::type_identity<Sand<float>>{}, std::size_t{1});
+    f(std::type_identity<Snow<float>>{}, std::size_t{2});
+    f(std::type_identity<Jelly>{}, std::size_t{3});
+}
+
+/// Sand beside water, snow and jelly that fall on them. Water pours in and lives for a while, balls of snow drop, and
+/// what comes to the floor's middle leaves.
+auto tank() {
+    Collider<Sphere<float, 2>> ball{.shape = {0.08F}, .contact = Contact::separate, .friction = 0.2};
+    ball.position = {0.46, 0.26};
+    ball.linear_velocity = {4, -1};
+    ball.angular_velocity = 5;
+    auto simulation =
+        bounded(made<2>(Materials<Water, Sand<float>, Snow<float>, Jelly>(
+                            Water::from_properties({.bulk = 2e4}), Sand<float>::from_properties({.young = 5e4}),
+                            Snow<float>::from_properties({.young = 3e4}), Jelly::from_young_poisson(2e4, 0.3)),
+                        cell_size, 1, Together(scenes::rough_walls<2>(), ball)));
+    const auto add = [](auto set, const Vec<double, 2>& lower, const Vec<double, 2>& upper,
+                        const Vec<double, 2>& velocity) {
+        set.add(sample_box<2>(lower, upper, {.spacing = spacing}), 1000, velocity);
+    };
+    auto water = simulation.template set<Water>();
+    auto sand = simulation.template set<Sand<float>>();
+    auto snow = simulation.template set<Snow<float>>();
+    add(water, {0.45, 0.03}, {0.95, 0.18}, {-1, 0});
+    add(sand, {0.05, 0.03}, {0.45, 0.17}, {2, -1});
+    add(snow, {0.57, 0.2}, {0.8, 0.4}, {-2, -4});
+    add(simulation.template set<Jelly>(), {0.14, 0.19}, {0.37, 0.44}, {8, -3});
+
+    const auto layer = sample_box<2>({0.1, 0.7}, {0.2, 0.7 + spacing}, {.spacing = spacing});
+    auto jet = Source<2>::jet(layer, spacing, 1000, {1, -3});
+    jet.start = 0.0031;
+    jet.lifespan = 0.03;
+    water.add_source(jet);
+    snow.add_source({.samples = sample_sphere<2>({0.75, 0.8}, 0.05, {.spacing = spacing}),
+                     .density = 400,
+                     .velocity = {0, -6},
+                     .rate = 20});
+    water.add_sink({.lower = {0.4, 0}, .upper = {0.5, 0.035}});
+    sand.add_sink({.lower = {0.3, 0}, .upper = {0.5, 0.04}});
+    sand.add_sink({.lower = {0, 0.025}, .upper = {0.06, 0.025}});
+    return simulation;
+}
+
+using Tank = decltype(tank());
+using States = std::array<State<float>, materials>;
+
+States states_of(Tank& cpu) {
+    States all;
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) { all[k] = state_of(cpu.template set<M>()); });
+    return all;
+}
+States states_of(webgpu::OnGpu<Tank>& gpu) {
+    States all;
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) { all[k] = gpu.template state_of_set<M>(); });
+    return all;
+}
+void restore_all(Tank& cpu, const States& states) {
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) { restore(cpu.template set<M>(), states[k]); });
+}
+
+void check_same(const std::string& name, Tank& cpu, webgpu::OnGpu<Tank>& gpu) {
+    const States expected = states_of(cpu), got = states_of(gpu);
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+        const std::string of_set = name + M::name + ", ";
+        check_same_state(of_set, expected[k], got[k]);
+        const auto theirs = std::as_const(cpu).template set<M>(), ours = gpu.simulation().template set<M>();
+        check_same_totals(of_set, theirs.totals(), ours.totals());
+        check(std::ranges::equal(theirs.bodies(), ours.bodies(),
+                                 [](const Body& a, const Body& b) {
+                                     return a.first == b.first && a.count == b.count && a.end == b.end;
+                                 }),
+              of_set + "bodies");
+        check(theirs.particles().next_id() == ours.particles().next_id(), of_set + "the next id");
+    });
+    check(gpu.moment() == cpu.moment() && gpu.stable_time_step() == cpu.stable_time_step(),
+          name + "moment, and bound of the next step");
+}
+
+/// What has met during a run: at a node in the ball, a material and the ball; at any node, two materials.
+struct Meetings {
+    std::array<bool, materials> ball{};
+    std::array<std::array<bool, materials>, materials> other{};
+
+    void see(const Tank& cpu) {
+        const auto& moving = std::get<1>(cpu.boundary.parts);
+        std::array<std::set<std::array<int, 2>>, materials> nodes;
+        for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+            const auto& particles = cpu.template set<M>().particles();
+            for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+                if (!particles.is_particle(slot)) continue;
+                const auto x = particles.exact_position(slot) * (1 / cell_size);
+                const int first[] = {int(std::floor(x[0] - 0.5)), int(std::floor(x[1] - 0.5))};
+                for (int node = 0; node < 9; ++node) nodes[k].insert({first[0] + node / 3, first[1] + node % 3});
+            }
+            ball[k] = ball[k] || std::ranges::any_of(nodes[k], [&](const auto& node) {
+                          const Vec<double, 2> at{node[0] * cell_size, node[1] * cell_size};
+                          return norm(at - moving.position) < double(moving.shape.radius);
+                      });
+        });
+        for (std::size_t j = 0; j < materials; ++j)
+            for (std::size_t k = 0; k < materials; ++k)
+                other[j][k] = other[j][k] || (j != k && std::ranges::any_of(nodes[j], [&](const auto& node) {
+                                                  return nodes[k].contains(node);
+                                              }));
+    }
+    void check_all() const {
+        for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+            check(ball[k], sentence(M::name, " meets the ball"));
+            check(std::ranges::count(other[k], true) > 0,
+                  sentence(M::name, " meets ", std::ranges::count(other[k], true), " other materials"));
+        });
+    }
+};
+
+/// What came by a source and went by sinks, in a set.
+template <class M>
+void check_traffic(const Tank& begin, const Tank& end, bool comes, bool goes) {
+    const auto at_first = begin.template set<M>(), now = end.template set<M>();
+    const std::size_t came = now.particles().next_id() - at_first.particles().next_id();
+    std::size_t old = 0;  // of the particles of the beginning, which no lifespan ends
+    for (std::size_t slot = 0; slot < now.particles().slots(); ++slot)
+        if (now.particles().is_particle(slot) && now.particles().id(slot) < at_first.particles().next_id()) ++old;
+    const std::size_t went = at_first.particles().size() - old, ended = old + came - now.particles().size();
+    check((came > 50) == comes && (went > 20) == goes,
+          sentence(M::name, ": ", at_first.particles().size(), " particles, ", came, " came, ", went, " + ", ended,
+                   " went"));
+}
+
+void in_a_tank() {
+    constexpr std::uint64_t steps = 200, more = 20;
+    const webgpu::Device device;
+    const Tank begin = tank();
+    Tank cpu = begin;
+    auto gpu = webgpu::on_gpu(cpu, device);
+    Meetings meetings;
+    for (int part = 0; part < 3; ++part) {  // each of which ends in a shortened step
+        cpu.advance(0.01);
+        gpu.advance(0.01);
+        meetings.see(cpu);
+    }
+    check(cpu.steps() < steps - 50, "many single steps are left", sentence(cpu.steps()));
+    for (; cpu.steps() < steps; meetings.see(cpu)) cpu.step();
+    while (gpu.steps() < steps) gpu.step();
+    check_same("a tank: ", cpu, gpu);
+
+    meetings.check_all();
+    check_traffic<Water>(begin, cpu, true, true);
+    check_traffic<Sand<float>>(begin, cpu, false, true);
+    check_traffic<Snow<float>>(begin, cpu, true, false);
+    check_traffic<Jelly>(begin, cpu, false, false);
+    check(norm(std::get<1>(cpu.boundary.parts).position - std::get<1>(begin.boundary.parts).position) > 0.1,
+          "the ball moves");
+
+    Tank back = tank();
+    restore_all(back, states_of(gpu));
+    auto over = webgpu::on_gpu(tank(), device);
+    restore_all(over.edit(), states_of(cpu));
+    for (std::uint64_t k = 0; k < more; ++k) cpu.step(), back.step(), over.step(), gpu.step();
+    check_same("the tank goes on: ", cpu, gpu);
+    check_same("CPU, GPU by states: ", cpu, over);
+    const States stayed = states_of(cpu), returned = states_of(back);
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+        check_same_state(sentence("CPU, GPU, CPU by states: ", M::name, ", "), stayed[k], returned[k]);
+    });
+}
+
+}  // namespace
+
+int main() {
+    try {
+        in_a_tank();
+    } catch (const std::exception& e) {
+        check(false, "the test", e.what());
+    }
+    return finish();
+}
