@@ -25,8 +25,8 @@
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so. Drivers of hardware round otherwise, so on hardware
 //!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
 //!   `webgpu::DeviceOptions` choose.
-//! - There may be up to eight materials of any kind, PIC or APIC, any kernel and force form, walls and colliders that
-//!   move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: a run
+//! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and colliders
+//!   that move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: a run
 //!   waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads, forces between particles,
 //!   reactions, periodic axes, and passes of your own are refused in a sentence. The state of one of several materials is
 //!   `gpu.state_of_set<firn::Snow<float>>()`.

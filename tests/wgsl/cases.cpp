@@ -13,6 +13,8 @@
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
+#include <firn/transfer/aflip.hpp>
+#include <firn/transfer/flip.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
@@ -116,9 +118,9 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
                 const std::string& schedule, int steps,
                 const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0,
                 const Boundary& boundary = scenes::rough_walls<D>(), const Volume& volume = {},
-                wgsl::GridStorage grid = wgsl::GridStorage::dense) {
+                wgsl::GridStorage grid = wgsl::GridStorage::dense, const Transfer& transfer = {}) {
     scenes::MovingBlocks<D, Transfer, Force, Material, Kernel, Boundary, Volume> blocks(matter, material, boundary,
-                                                                                        volume, grid);
+                                                                                        volume, grid, transfer);
     auto& simulation = blocks.simulation;
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
@@ -255,6 +257,36 @@ void write_filtered(const std::filesystem::path& root) {
     write_case<3, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
         root, "3d_filter", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 4, material, 0, scenes::rough_walls<3>(),
         {.every = 2});
+}
+
+/// Transfers that blend the particles' velocities with those of the grid before forces act.
+void write_blended(const std::filesystem::path& root) {
+    using Elastic = FixedCorotated<float>;
+    const auto soft = Elastic::from_young_poisson(2e3, 0.3), stiff = Elastic::from_young_poisson(1e5, 0.3);
+    const scenes::Matter in_2d{0.3, 1.0 / 64, 1.0 / 32}, in_3d{0.25, 1.0 / 32, 1.0 / 16};
+    scenes::Matter cornered = in_2d;
+    cornered.in_corners = 1.0 / 32;
+    write_case<2, Flip<>, MlsForce>(root, "2d_flip_drift", in_2d, "step", 50, soft, 3e-3, scenes::rough_walls<2>(), {},
+                                    wgsl::GridStorage::dense, Flip<>{.ratio = 0.9F});
+    write_case<3, Aflip<>, WeightGradientForce>(root, "3d_aflip_sorted", in_3d, "step_sorted", 50);
+    write_case<2, Asflip<>, MlsForce>(root, "2d_asflip_sparse", {0.15, 1.0 / 128, 1.0 / 64}, "step", 50, soft, 3e-3,
+                                      scenes::rough_walls<2>(), {}, wgsl::GridStorage::sparse,
+                                      Asflip<>{.ratio = 0.9F, .separation = 0.75F, .approach = 0.25F});
+    write_case<2, Flip<>, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_flip_mirrored", cornered, "step", 4, stiff, 0, scenes::mirrored_walls<2>(1.0 / 32));
+#if defined(FIRN_TEST_ALL)
+    write_case<3, Flip<>, WeightGradientForce, Elastic, CubicBSpline>(root, "3d_flip_cubic", in_3d, "step", 50);
+    write_case<2, Aflip<>, MlsForce, Elastic, CubicBSpline>(root, "2d_aflip_cubic", in_2d, "step_sorted", 50);
+    write_case<3, Asflip<>, MlsForce, Fluid<float>, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
+        root, "3d_asflip_filter", in_3d, "step", 50, Fluid<float>::from_properties({.viscosity = 5}), 2e-4,
+        scenes::rough_walls<3>(), {.every = 2, .shifting = 20});
+    cornered = in_3d;
+    cornered.in_corners = 0;
+    write_case<3, Asflip<>, MlsForce>(root, "3d_asflip_mirrored", cornered, "step", 3, stiff, 0,
+                                      scenes::mirrored_walls<3>());
+    write_case<3, Aflip<>, MlsForce>(root, "3d_aflip_sparse", {0.15, 1.0 / 64, 1.0 / 32}, "step", 50, soft, 3e-3,
+                                     scenes::rough_walls<3>(), {}, wgsl::GridStorage::sparse);
+#endif
 }
 
 /// The largest signal speed of the particles [m/s].
@@ -535,6 +567,7 @@ int main(int count, char** words) {
         write_mirrored(root);
         write_averaged(root);
         write_filtered(root);
+        write_blended(root);
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});

@@ -39,13 +39,14 @@ void compare(const std::string& name, Simulation cpu, int steps, int parts = 2,
 }
 
 /// A block that flies to a ball, which moves and turns, and drifts through several blocks of the grid.
-auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90) {
+template <class... Policies>
+auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90, const Policies&... policies) {
     Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
     ball.position = {0.5, 0.12};
     ball.linear_velocity = {0.3, 0.1};
     ball.angular_velocity = 2;
     auto simulation = made<2>(FixedCorotated<float>::from_young_poisson(2e4, 0.3), 1.0 / 50, 4e-4,
-                              Together(scenes::rough_walls<2>(), ball));
+                              Together(scenes::rough_walls<2>(), ball), policies...);
     simulation.add(sample_box<2>({0.3, 0.25}, {0.7, 0.5}, {.spacing = spacing}), 1000, velocity);
     return simulation;
 }
@@ -342,6 +343,42 @@ void from_one_to_the_other() {
     check_same_run("a run that is changed: ", twin, gpu);
 }
 
+/// Transfers that blend velocities go to the device and back, in steps at their bound; their parameters may change.
+void blended_transfers() {
+    const webgpu::Device device;
+    const auto goes_and_returns = [&](const std::string& name, auto stayed) {
+        stayed = bounded(stayed);
+        auto cpu = stayed;
+        const auto step = [](auto& simulation, int count) {
+            for (int k = 0; k < count; ++k) simulation.step();
+        };
+        step(stayed, 40), step(cpu, 20);
+        auto gpu = webgpu::on_gpu(cpu, device);
+        step(gpu, 20);
+        auto back = gpu.simulation();
+        stayed.transfer.ratio = back.transfer.ratio = gpu.edit().transfer.ratio = 0.5F;
+        step(stayed, 20), step(back, 20), step(gpu, 20);
+        check_same_run(name + ": CPU, GPU, CPU: ", stayed, back);
+        check_same_run(name + ": CPU, GPU, changed: ", stayed, gpu);
+    };
+    goes_and_returns("FLIP", thrown({1, -2}, 1.0 / 90, Flip<>{}));
+    goes_and_returns("ASFLIP", thrown({1, -2}, 1.0 / 90, Asflip<>{.separation = 0.75F, .approach = 0.25F}));
+
+    using Water = Fluid<float>;
+    using Jelly = FixedCorotated<float>;
+    auto two = made<2>(Materials<Water, Jelly>({}, Jelly::from_young_poisson(5e4, 0.3)), 1.0 / 120, 1e-4, Aflip<>{},
+                       scenes::rough_walls<2>());
+    two.template set<Water>().add(sample_box<2>({0.3, 0.2}, {0.4, 0.3}, {.spacing = 1.0 / 240}), 1000, {9, -3});
+    two.template set<Jelly>().add(sample_box<2>({0.41, 0.2}, {0.5, 0.3}, {.spacing = 1.0 / 240}), 2000, {-9, 5});
+    auto gpu = webgpu::on_gpu(two, device);
+    check(gpu.blocks() > 0, "two materials by AFLIP have a sparse grid");
+    two.advance(0.00595), gpu.advance(0.00595);
+    check_same_state("two materials by AFLIP, water: ", state_of(two.template set<Water>()),
+                     gpu.template state_of_set<Water>());
+    check_same_state("two materials by AFLIP, jelly: ", state_of(two.template set<Jelly>()),
+                     gpu.template state_of_set<Jelly>());
+}
+
 /// The sentence of the error that f throws.
 template <class Error, class F>
 std::string said(const F& f) {
@@ -454,6 +491,7 @@ int main() {
         as_on_hardware();
         small_limits();
         from_one_to_the_other();
+        blended_transfers();
         errors_of_steps();
         what_is_refused();
     } catch (const std::exception& e) {

@@ -11,7 +11,7 @@ using Integers = firn::FixedPoint<std::int32_t>;
 
 /// The integers that a P2G of these particles adds up, on the program's dense grid.
 template <class Kernel, class Transfer, class Force, class Simulation>
-std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
+std::vector<std::int32_t> node_sums_of(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
     using namespace firn;
     constexpr int D = Simulation::dimension;
     SparseGrid<float, D> grid(simulation.domain());
@@ -46,6 +46,20 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
                 throw usage_error("A particle adds to a node that the program's grid does not have.");
         }
     return dense;
+}
+
+/// The same, followed by the momenta before forces act if the transfer blends velocities: their masses are 0.
+template <class Kernel, class Transfer, class Force, class Simulation>
+std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
+    using namespace firn;
+    std::vector<std::int32_t> sums = node_sums_of<Kernel, Transfer, Force>(simulation, nodes);
+    if constexpr (blends_velocities<Transfer>) {
+        auto before = node_sums_of<Kernel, Transfer, detail::NoForceFor<Transfer>>(simulation, nodes);
+        for (std::size_t i = 0; i < before.size(); ++i)
+            if (i % node_width == node_mass) before[i] = 0;
+        sums.insert(sums.end(), before.begin(), before.end());
+    }
+    return sums;
 }
 
 struct Matter {
@@ -92,9 +106,11 @@ struct MovingBlocks {
     firn::wgsl::Program program;
 
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>(),
-                 const Volume& volume = {}, firn::wgsl::GridStorage grid = firn::wgsl::GridStorage::dense)
+                 const Volume& volume = {}, firn::wgsl::GridStorage grid = firn::wgsl::GridStorage::dense,
+                 const Transfer& transfer = {})
         : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
         simulation.volume = volume;
+        simulation.transfer = transfer;
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
         if (matter.in_corners > 0) simulation.warn = {};           // of walls that lie inside of the domain
         if (matter.in_corners < 0)
@@ -119,7 +135,7 @@ struct MovingBlocks {
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
             material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume,
-            {.grid = grid, .arithmetic = arithmetic});
+            {.grid = grid, .arithmetic = arithmetic}, transfer);
     }
 
     /// The simulation as it is now.

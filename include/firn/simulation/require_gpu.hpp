@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/loops/execution.hpp>
+#include <firn/transfer/concept.hpp>
 #include <firn/volumetric/own_volume.hpp>
 #include <firn/wgsl/layout.hpp>
 
@@ -22,6 +23,8 @@ consteval bool require_gpu() {
                       std::same_as<Execution, FixedPoint<std::int32_t, Adding::coloured>>,
                   "firn: a GPU adds up integers of 32 bits: give the simulation firn::FixedPoint<std::int32_t>, which "
                   "has the same bits on the CPU.");
+    static_assert(!refines_velocities<std::remove_cvref_t<decltype(std::declval<Simulation&>().transfer)>>,
+                  "firn: FMPM is not yet on a GPU: take the steps on the CPU, or another transfer.");
     using Volume = std::remove_cvref_t<decltype(std::declval<Simulation&>().volume)>;
     static_assert(Simulation::material_count == 1 || std::same_as<Volume, OwnVolume>,
                   "firn: several materials with FBar or VolumeFilter do not yet run on a GPU: take the steps on the "

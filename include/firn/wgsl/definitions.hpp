@@ -5,6 +5,7 @@
 #include <firn/boundary/room.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/sparse_grid.hpp>
+#include <firn/force/none.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/mirror_planes.hpp>
@@ -211,8 +212,10 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
 /// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the
 /// position [m] of the wall along its axis, and mirrored_k, which returns the nodes of a column after the wall has
 /// acted on them. \see stage/mirror.hpp
+/// If the transfer blends velocities, there is also mirrored_before_k, for velocities before forces act: walls are
+/// without friction then.
 /// \param walls  the mirrored walls, in the order in which the boundary reports them
-template <class Kernel, int D, class Boundary>
+template <class Kernel, class Transfer, int D, class Boundary>
 void add_mirrors(Module& module, const Boundary& boundary, const std::vector<MirrorPlane>& walls) {
     using R = recorded;
     const SurfaceWeights<double> weights = surface_weights<Kernel, double>();
@@ -229,12 +232,16 @@ void add_mirrors(Module& module, const Boundary& boundary, const std::vector<Mir
                 });
                 return found;
             });
-        module.function<NodeColumn<R, D>>(
-            "mirrored_" + number, of_boundary + "firn/stage/mirror.hpp: " + name_of(wall.contact), {"column"},
-            [&](const NodeColumn<R, D>& column) {
-                return mirrored(column, wall.axis, wall.inward, wall.contact, R(wall.friction),
-                                SurfaceWeights<R>{R(weights.on), R(weights.beside)});
-            });
+        const auto add = [&](const std::string& name, double friction) {
+            module.function<NodeColumn<R, D>>(
+                name + number, of_boundary + "firn/stage/mirror.hpp: " + name_of(wall.contact), {"column"},
+                [&](const NodeColumn<R, D>& column) {
+                    return mirrored(column, wall.axis, wall.inward, wall.contact, R(friction),
+                                    SurfaceWeights<R>{R(weights.on), R(weights.beside)});
+                });
+        };
+        add("mirrored_", wall.friction);
+        if constexpr (blends_velocities<Transfer>) add("mirrored_before_", 0);
     }
 }
 
@@ -268,6 +275,42 @@ void add_g2p(Module& module, const Transfer& transfer) {
                                  return moved_by(velocity, detail::place_per_velocity(), place, V::zero() - corner,
                                                  detail::uniform_of<V>("cells") - corner);
                              });
+}
+
+/// Adds the functions of a transfer that blends velocities: record_before_forces (what a particle gives to the nodes
+/// before forces act), velocity_before_forces (of a node, after that), sum_velocities (a sum over the nodes along an
+/// axis) and blended (the velocities of a particle after the step). \see blends_velocities
+template <class Kernel, class Transfer, int D>
+void add_blend(Module& module, const Transfer& transfer) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    const std::string of_transfer = std::string(Transfer::name) + ", ";
+    module.function<P2GParticle<R, D>, V>(
+        "record_before_forces", of_transfer + "firn/stage/p2g.hpp: what a particle gives before forces act",
+        {"particle", "fraction"}, [](const P2GParticle<R, D>& particle, const V& fraction) {
+            return make_record<Kernel, Transfer, NoForce>(particle, from_centre<Kernel>(fraction), detail::cell_size(),
+                                                          R(0));
+        });
+    module.function<V, R>("velocity_before_forces", "firn/stage/grid_update.hpp, without forces and boundary",
+                          {"momentum", "mass"}, [](const V& momentum, const R& mass) {
+                              return node_velocity(momentum, mass, V::zero(), V::zero(), R(0), NoBoundary{});
+                          });
+    constexpr std::size_t K = std::size_t(Kernel::support);
+    module.function<std::array<V, K>, std::array<R, K>>("sum_velocities", "firn/stage/g2p.hpp: the sum along an axis",
+                                                        {"parts", "w"},
+                                                        [](const std::array<V, K>& parts, const std::array<R, K>& w) {
+                                                            std::array<PartialSums<V, 0, false, false>, K> sums;
+                                                            for (std::size_t k = 0; k < K; ++k)
+                                                                sums[k].value = parts[k];
+                                                            return sum_axis<centre_node<Kernel>>(sums, w, w).value;
+                                                        });
+    module.function<G2PResult<R, D>, V, V>(
+        "blended", of_transfer + "firn/transfer/concept.hpp: the velocities after a step", {"taken", "before", "own"},
+        [&](G2PResult<R, D> taken, const V& before, const V& own) {
+            for (int i = 0; i < D; ++i) taken.velocity_gradient(i, i) = settled(taken.velocity_gradient(i, i));
+            return detail::with_uniforms(transfer, "transfer")
+                .blended(taken.velocity, before, own, taken.velocity_gradient);
+        });
 }
 
 /// Adds the functions that average numbers of particles at the nodes: volume_record and average_rate, which are those

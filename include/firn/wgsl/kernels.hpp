@@ -147,7 +147,7 @@ inline constexpr const char* clear = R"(
 fn clear(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || stopped()) { return; }
-    for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }${CLEAR_RATES}
+    for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }${CLEAR_BEFORE}${CLEAR_RATES}
     atomicStore(&counts[i], 0u);
 }
 )";
@@ -180,10 +180,10 @@ fn ${NAME}(${INVOCATION}) {
         let load = load_of(record);
         atomicMax(&largest[0], bitcast<u32>(load.momentum));
         atomicMax(&largest[1], bitcast<u32>(load.gradient));
-        atomicMax(&largest[2], bitcast<u32>(load.mass));${COUNT}
+        atomicMax(&largest[2], bitcast<u32>(load.mass));${MEASURE_BEFORE}${COUNT}
     }
     workgroupBarrier();
-    if (local < 3u) { raise_status(3u + local, atomicLoad(&largest[local])); }
+    if (local < 3u) { raise_status(3u + local, atomicLoad(&largest[local])); }${KEEP_BEFORE}
 }
 )";
 
@@ -213,7 +213,7 @@ fn choose_scale() {
     if (params.momentum_scale > 0.0f) { scale.momentum = params.momentum_scale; }
     if (params.mass_scale > 0.0f) { scale.mass = params.mass_scale; }
     atomicStore(&status[7], bitcast<u32>(scale.momentum));
-    atomicStore(&status[8], bitcast<u32>(scale.mass));
+    atomicStore(&status[8], bitcast<u32>(scale.mass));${CHOOSE_BEFORE}
 }
 
 fn chosen_scale() -> FixedPointScale {
@@ -233,18 +233,18 @@ fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
     let base = base_node_of(place);
     let fraction = place - base;
-    let record = in_quanta(${RECORD}, scale);
+    let record = in_quanta(${RECORD}, scale);${RECORD_BEFORE}
     let first = ${FIRST};
     var w = kernel_weights_of(fraction);
     ${GRADIENTS}
     for (var k = 0; k < ${SUPPORT}; k++) {
-        let line = close_last_axis(record, f32(k - ${CENTRE}), w[${LAST}][k]${LAST_GRADIENT});
+        let line = close_last_axis(record, f32(k - ${CENTRE}), w[${LAST}][k]${LAST_GRADIENT});${LINE_BEFORE}
         ${LOOPS}
             let q = nearest(value_at(line, ${OFFSETS}, ${WEIGHT}${GRADIENT_WEIGHTS}));
             let node = ${NODE};
             for (var c = 0u; c < 4u; c++) {
                 if (q[c] != 0) { atomicAdd(&${TARGET}, q[c]); }
-            }
+            }${ADD_BEFORE}
         ${END}
     }
 }
@@ -342,11 +342,9 @@ ${SCATTER}
 @compute @workgroup_size(${GROUP})
 fn p2g_blocks(${INVOCATION}) {
     let block = group.y * groups.x + group.x;
-    if (local < 2u) {
-        ends[local] = 0u;
-        if (block < block_count() && !stopped()) { ends[local] = bin_words[bins_of(block) + ${BLOCK_NODES}u + local]; }
+    if (local < 2u && block < block_count() && !stopped()) {
+        ends[local] = bin_words[bins_of(block) + ${BLOCK_NODES}u + local];
     }
-    for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) { atomicStore(&arena[k], 0); }
     let begin = workgroupUniformLoad(&ends[0]);
     let end = workgroupUniformLoad(&ends[1]);
     if (begin == end) { return; }
@@ -358,7 +356,7 @@ fn p2g_blocks(${INVOCATION}) {
     for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) {
         let node = i32(k / 4u);
         let sum = atomicLoad(&arena[arena_number(u32(node), k % 4u)]);
-        if (sum != 0) { atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum); }
+        if (sum != 0) { atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum); }${ADD_BEFORE}
     }
 }
 )";
@@ -372,7 +370,7 @@ fn grid_update(${INVOCATION}) {
     if (i >= node_count() || stopped()) { return; }
     let sums = nodes[i];
     if (sums.w < ${FEWEST}i) { // empty, or next to it
-        nodes[i] = vec4<i32>(0);
+        nodes[i] = vec4<i32>(0);${EMPTY_BEFORE}
         return;
     }
     read_time_step();
@@ -383,7 +381,7 @@ fn grid_update(${INVOCATION}) {
     let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
     see_acceleration(position, momentum * inverse(mass));
-    nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
+    nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));${UPDATE_BEFORE}
 }
 )";
 
@@ -475,12 +473,12 @@ fn g2p(${INVOCATION}) {
         let fraction = place - base;
         ${TAKE}
         ${UPDATE}
-        let moved = moved_by(taken.velocity, place, corner);
-        let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
+        let moved = moved_by(${MOTION}, place, corner);
+        let speed = signal_speed(${VELOCITY}, load_mass(i), load_volume(i), state);
         if (is_finite(${STRESS_SUM} + speed) && moved.outside <= 1.0f) {
             store_state(i, state);
             store_kirchhoff_stress(i, stress);
-            store_velocity(i, taken.velocity);
+            store_velocity(i, ${VELOCITY});
             ${STORE_AFFINE}
             store_place(i, moved.position);${SEE_SINKS}
             if (has_left_block(moved.position)) { atomicStore(&status[set_word(0u)], 1u); }

@@ -165,6 +165,7 @@ struct Facts {
     bool affine,             ///< whether particles carry the affine velocity field C
         weight_gradients;    ///< whether P2G needs gradients of the weights
     bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if weight_gradients is true
+    bool blends;             ///< whether the transfer blends velocities, see firn::blends_velocities
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
     bool averages_volume;    ///< whether rates of volume change are averaged, see firn::volumetric
@@ -301,7 +302,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("stress", stress);
     add_fields("state", state);
     add_fields("constants", constants);
-    add("nodes", "i32", nodes, "node", node_width);
+    add("nodes", "i32", nodes, "node", facts.blends ? 2 * node_width : node_width);
     add("status", "u32", status, "program", first_set_word + most_sets * words_of_set);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);

@@ -152,6 +152,8 @@ inline void write_status_words(Json& json, const Program& program) {
         for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
             json.field(name, word++);
     if (program.has("filter_volumes")) json.field("filter_share", word++);
+    if (program.buffer("nodes").count > node_width)
+        json.field("largest_momentum_before_forces", 28).field("momentum_scale_before_forces", 29);
     json.field("largest_acceleration", 19);
     json.field("time_left", time_left_word).field("time_left_low", time_left_word + 1).field("steps", steps_word);
     json.field("first_time_step", first_logged_step);

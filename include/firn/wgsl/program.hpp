@@ -86,9 +86,8 @@ consteval bool require_program() {
     static_assert(firn::detail::require_offers<recorded, D>(std::type_identity<Boundary>{}) || true);
     static_assert(firn::detail::require_acceleration<Field, recorded, D>() || true);
     static_assert(
-        !blends_velocities<Transfer> && !refines_velocities<Transfer>,
-        "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
-        "Apic.");
+        !refines_velocities<Transfer>,
+        "firn: FMPM takes further passes, for which there are no WGSL kernels; use Pic, Apic, Flip, Aflip or Asflip.");
     static_assert(!acts_by_gap<Boundary>,
                   "firn: boundaries that act by the gap of particles (GapContact) are not yet in WGSL; give the walls "
                   "and colliders themselves.");
@@ -130,9 +129,10 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     if constexpr (has_mirrors<Boundary>) {
         std::vector<MirrorPlane> walls;
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
-        add_mirrors<Kernel, D>(module, boundary, walls);
+        add_mirrors<Kernel, Transfer, D>(module, boundary, walls);
     }
     add_g2p<Kernel, Transfer, Force, D>(module, transfer);
+    if constexpr (blends_velocities<Transfer>) add_blend<Kernel, Transfer, D>(module, transfer);
     add_material<D>(module, material);
     if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
     if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
@@ -173,10 +173,10 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 /// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
 /// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
-/// \tparam Transfer        the transfer: Pic or Apic
+/// \tparam Transfer        the transfer: Pic, Apic, Flip, Aflip or Asflip
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param transfer         the transfer with its parameters, which become uniforms
-/// \throws parameter_error  if a parameter of `boundary` or `volume` is not valid
+/// \throws parameter_error  if a parameter of `boundary`, `volume` or `transfer` is not valid
 /// \throws usage_error      if the grid cannot be sparse. \see can_be_sparse
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
@@ -185,6 +185,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     static_assert(detail::require_program<Kernel, Transfer, D, Material, Boundary, Field, Volume>());
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
+    if constexpr (requires { transfer.check(); }) transfer.check();
     int every = 0;
     if constexpr (filters_volume<Volume>) {
         static_assert(has_volume<State>, "firn: a filter of volume ratios needs a material with a state J or F.");
@@ -201,6 +202,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       Transfer::affine,
                       Force::weight_gradients,
                       g2p_needs_gradient<Kernel, Transfer, Force>,
+                      blends_velocities<Transfer>,
                       has_rate_dependent_stress<Material, D>,
                       has_returned_with_stress<Material, D>,
                       Volume::averages_volume,

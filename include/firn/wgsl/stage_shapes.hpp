@@ -9,6 +9,7 @@
 #include <firn/stage/p2g.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume_filter.hpp>
+#include <firn/transfer/concept.hpp>
 #include <firn/wgsl/recorded.hpp>
 
 namespace firn::inline FIRN_BUILD::wgsl {
@@ -75,6 +76,13 @@ auto struct_of(const G2PResult<S, D>*) {
     using T = G2PResult<S, D>;
     return described("G2PResult", member{"velocity", &T::velocity}, member{"affine", &T::affine},
                      member{"velocity_gradient", &T::velocity_gradient});
+}
+
+/// The velocities of a particle after a step.
+template <class S, int D>
+auto struct_of(const ParticleVelocity<S, D>*) {
+    using T = ParticleVelocity<S, D>;
+    return described("ParticleVelocity", member{"velocity", &T::velocity}, member{"motion", &T::motion});
 }
 
 /// A material's state and the stress in this state.

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <firn/stage/fixed_point.hpp>
+#include <firn/wgsl/blend_kernels.hpp>
 #include <firn/wgsl/kernels.hpp>
 #include <firn/wgsl/layout.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/sparse_kernels.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
+
+#include <functional>
 
 namespace firn::inline FIRN_BUILD::wgsl {
 
@@ -86,25 +89,38 @@ public:
         const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
         return (is_exact() ? text::exact_arithmetic : text::plain_arithmetic) + filled(text::helpers) +
                filled(facts_.sparse ? text::sparse_nodes : text::dense_nodes) +
-               (gradients ? filled(text::gradient_helpers) : "");
+               (gradients ? filled(text::gradient_helpers) : "") +
+               (facts_.blends
+                    ? filled(text::before_forces,
+                             {{"GATHER", gather([&](int) { return "array<" + vec("f32") + ", " + support() + ">"; },
+                                                [](int) { return "sum_velocities"; },
+                                                "velocity_at(before_forces(" + node_in_grid() + "))", false)}})
+                    : "");
     }
     std::string entry_points(const Program& program) const {
         return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
                filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
                filled(text::measure, {{"NAME", "measure"}, {"COUNT", count_base_node()}}) +
                filled(text::measure, {{"NAME", "measure_loads"}, {"COUNT", ""}}) + filled(text::choose_scale) +
-               scatter("scatter", in_nodes("node_sums"), node_in_grid(), record_of_particle) + filled(text::p2g) +
-               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}, {"SHARE_OUT", share_out()}}) +
+               scatter({.name = "scatter",
+                        .target = in_nodes("node_sums", "node"),
+                        .before = in_nodes("node_sums", "before_forces(node)")}) +
+               filled(text::p2g) +
+               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()},
+                                         {"SHARE_OUT", share_out()},
+                                         {"ADD_BEFORE", blended(text::arena_before_forces)}}) +
                filled(text::grid_update) + mirrors(program) + volume(program) +
-               filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
-                                  {"SEE_SINKS", see_sinks()},
-                                  {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))",
-                                                    facts_.sum_gradients)}});
+               filled(text::g2p,
+                      {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
+                       {"SEE_SINKS", see_sinks()},
+                       {"GATHER", gather(structs("Sums"), numbered("sum_axis"),
+                                         "Sums0(velocity_at(" + node_in_grid() + "))", facts_.sum_gradients)}});
     }
 
 private:
+    using OfAxis = std::function<std::string(int)>;
+
     bool is_exact() const { return facts_.options.arithmetic == Arithmetic::exact; }
-    static constexpr const char* record_of_particle = "record_of(load_particle(i), fraction)";
     std::string node_in_grid() const { return "node_index(" + node_from("first") + ")"; }
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
     // Returns the name of the counter of a loop along axis a. For the last axis, P2G and G2P use the name k instead.
@@ -171,17 +187,39 @@ private:
         return indented(2) + "atomicAdd(&counts[node_index(nodes_from(base + load_corner(i)))], 1u);";
     }
     /// Returns the WGSL expression of integer c of a node in a buffer.
-    static std::string in_nodes(const std::string& buffer) { return buffer + "[4u * node + c]"; }
-    std::string scatter(const char* name, const std::string& target, const std::string& node, const char* record,
-                        const char* first = "nodes_from(base + load_corner(i))") const {
+    static std::string in_nodes(const std::string& buffer, const std::string& node) {
+        return buffer + "[4u * " + node + " + c]";
+    }
+    /// Returns a text of blend_kernels.hpp, filled in; no text if the transfer does not blend velocities.
+    std::string blended(const char* text, const Names& names = {}) const {
+        return facts_.blends ? filled(text, names) : "";
+    }
+    /// Returns the WGSL statement, on a line of its own; no text if the transfer does not blend velocities.
+    std::string blended(int depth, const char* statement) const {
+        return facts_.blends ? indented(depth) + statement : "";
+    }
+
+    /// A function that adds a particle to the sums at the nodes. \see text::scatter
+    struct Scatter {
+        const char* name;
+        std::string target, before{};  // integer c of a node, and of its momentum before forces act; empty: none
+        std::string record = "record_of(load_particle(i), fraction)", node = "", first = "";  // empty: in the grid
+    };
+    std::string scatter(const Scatter& of) const {
+        const auto with_before = [&](const char* text) {
+            return of.before.empty() ? "" : blended(text, {{"TARGET_BEFORE", of.before}});
+        };
         std::string loops = listed(D_ - 1, [&](int a) { return from_zero(counter(a), facts_.support); }, " ");
         return filled(text::scatter,
-                      {{"NAME", name},
-                       {"TARGET", target},
-                       {"RECORD", record},
-                       {"FIRST", first},
+                      {{"NAME", of.name},
+                       {"TARGET", of.target},
+                       {"RECORD", of.record},
+                       {"FIRST", of.first.empty() ? "nodes_from(base + load_corner(i))" : of.first},
+                       {"RECORD_BEFORE", with_before(text::record_before_forces)},
+                       {"LINE_BEFORE", with_before(text::line_before_forces)},
+                       {"ADD_BEFORE", with_before(text::add_before_forces)},
                        {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
-                       {"NODE", node},
+                       {"NODE", of.node.empty() ? node_in_grid() : of.node},
                        {"LOOPS", loops},
                        {"END", std::string(std::size_t(D_ - 1), '}')}});
     }
@@ -194,26 +232,34 @@ private:
         const auto along = [&](int a) { return arena_along(a); };
         return "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n" +
                "fn arena_number(node: u32, c: u32) -> u32 { return " + std::to_string(power(arena_size())) +
-               "u * c + node; }" +
-               scatter("scatter_in_arena", "arena[arena_number(node, c)]", "arena_node(" + node_from("first") + ")",
-                       record_of_particle, "lattice_from(base + load_corner(i)) - origin");
+               "u * c + node; }\n" + blended("var<workgroup> arena_before: array<atomic<i32>, ${ARENA_NUMBERS}>;") +
+               scatter({.name = "scatter_in_arena",
+                        .target = "arena[arena_number(node, c)]",
+                        .before = "arena_before[arena_number(node, c)]",
+                        .node = "arena_node(" + node_from("first") + ")",
+                        .first = "lattice_from(base + load_corner(i)) - origin"});
     }
 
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
     std::string mirrors(const Program& program) const {
         std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
+            const auto act_on = [](const std::string& line, const std::string& place, const std::string& n) {
+                const std::string at = "(" + line + ", " + place;
+                return "let column_" + n + " = load_column" + at + ");" + indented(1) + "if (has_matter(column_" + n +
+                       ")) { store_column" + at + ", mirrored_" + n + "(column_" + n + ")); }";
+            };
             const auto act = [&](const std::string& n, const std::string& place) {
-                return "let column_" + n + " = load_column" + place + ");" + indented(1) + "if (has_matter(column_" +
-                       n + ")) { store_column" + place + ", mirrored_" + n + "(column_" + n + ")); }";
+                const std::string before = "Line(before_forces(line.first), line.stride, line.count)";
+                return act_on("line", place, n) +
+                       (facts_.blends ? indented(1) + act_on(before, place, "before_" + n) : "");
             };
             text += filled(text::mirror, mirror_names(program, mirror_pass(k), "stopped()", first, last, act));
         });
         return text;
     }
-    /// Returns the names to replace in text::mirror. act(n, place) returns the statements for wall n; `place` is the
-    /// beginning of the arguments of a function that acts on a column: the line, the node on the wall and the
-    /// direction.
+    /// Returns the names to replace in text::mirror. act(n, place) returns the statements for wall n; `place` tells
+    /// where the column lies on a line, as arguments of a function: the node on the wall and the direction.
     template <class Act>
     Names mirror_names(const Program& program, const std::string& name, const std::string& idle, std::size_t first,
                        std::size_t last, const Act& act) const {
@@ -240,7 +286,7 @@ private:
         walls += "if (" + wrong + ") { fail(" + std::to_string(mirror_error) + "u, 0xffffffffu); return; }";
         for (std::size_t i = first; i < last; ++i) {
             const std::string n = std::to_string(i);
-            walls += indented(1) + act(n, "(line, wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward));
+            walls += indented(1) + act(n, "wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward));
         }
         std::string coordinate;
         for (const int a : earlier) coordinate += nodes_along(a) + " + ";
@@ -261,15 +307,19 @@ private:
                           record = "volume_record(rates[i], " + volume_of + ")",
                           average = filters ? "bitcast<f32>(atomicLoad(&rate_sums[4u * " + node_in_grid() + " + 2u]))"
                                             : "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
-        const Names names{{"IDLE", idle()},
-                          {"COUNT_WORD", filters ? "18" : "6"},
-                          {"SCATTER", scatter("scatter_rate", in_nodes("rate_sums"), node_in_grid(), record.c_str())},
-                          {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
-                          {"EVERY", std::to_string(facts_.filters_every)},
-                          {"GATHER", gather("", "sum_average", average, false)}};
+        const Names names{
+            {"IDLE", idle()},
+            {"COUNT_WORD", filters ? "18" : "6"},
+            {"SCATTER", scatter({.name = "scatter_rate", .target = in_nodes("rate_sums", "node"), .record = record})},
+            {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
+            {"EVERY", std::to_string(facts_.filters_every)},
+            {"GATHER", gather([&](int) { return "vec" + support() + "<f32>"; }, [](int) { return "sum_average"; },
+                              average, false)}};
         std::string text = filled(text::volume_average, names) + (mirrors ? filled(text::convert_rates, names) : "");
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
-            const auto act = [](const std::string&, const std::string& place) { return "fold_rates" + place + ");"; };
+            const auto act = [](const std::string&, const std::string& place) {
+                return "fold_rates(line, " + place + ");";
+            };
             text += filled(text::mirror, mirror_names(program, fold_pass(k), idle(), first, last, act));
         });
         text += filled(filters ? text::filter : text::rates, names);
@@ -282,12 +332,11 @@ private:
                    ")";
         };
         return text + filled(text::sort, {{"NAME", "sort_shifted"}, {"WORD", "2"}}) +
-               filled(
-                   text::shift,
-                   {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
-                    {"IDLE", idle()},
-                    {"ROOM", listed(D_, room, " * ")},
-                    {"GATHER", gather("QuadSums", "sum_quads", "QuadSums0(quad_at(" + node_in_grid() + "))", true)}});
+               filled(text::shift, {{"QUAD", "vec4<f32>(" + word("1") + ", " + word("2") + ", 0.0f, 0.0f)"},
+                                    {"IDLE", idle()},
+                                    {"ROOM", listed(D_, room, " * ")},
+                                    {"GATHER", gather(structs("QuadSums"), numbered("sum_quads"),
+                                                      "QuadSums0(quad_at(" + node_in_grid() + "))", true)}});
     }
     /// Returns the WGSL statement that stores the share of particle shifting; no text without shifting.
     std::string choose_shifted_share() const {
@@ -313,33 +362,42 @@ private:
     bool sums_rates() const { return facts_.averages_volume || facts_.filters_volume; }
     /// Returns the WGSL condition under which the passes of the volumetric policy do nothing.
     std::string idle() const { return facts_.filters_volume ? "filter_rests()" : "stopped()"; }
-    /// Returns the WGSL statements in which G2P computes `taken`.
+    /// Returns the WGSL statements in which G2P computes `taken` and, if the transfer blends velocities, `v`.
     std::string take() const {
-        const std::string nodes = "nodes_from(base + corner), fraction)";
-        if (!facts_.averages_volume) return "let taken = take_from_grid(gather(" + nodes + ", fraction);";
-        return "let own = take_from_grid(gather(" + nodes + ", fraction);" + indented(2) +
-               "let taken = with_average(own, gather_average(" + nodes + ");";
+        const std::string first = facts_.blends ? "first" : "nodes_from(base + corner)", nodes = first + ", fraction)",
+                          own = " = take_from_grid(gather(" + nodes + ", fraction);";
+        std::string text = facts_.blends ? "let first = nodes_from(base + corner);" + indented(2) : "";
+        text += facts_.averages_volume
+                    ? "let own" + own + indented(2) + "let taken = with_average(own, gather_average(" + nodes + ");"
+                    : "let taken" + own;
+        return text + blended(2, "let v = blended(taken, gather_before_forces(first, fraction), load_velocity(i));");
     }
 
+    std::string support() const { return std::to_string(facts_.support); }
+    /// Returns the function that returns the type of an array of structs NAMEA, one for each node along axis A.
+    OfAxis structs(const std::string& name) const {
+        return [=, this](int a) { return "array<" + name + std::to_string(a) + ", " + support() + ">"; };
+    }
+    /// Returns the function that returns the name NAMEA of axis A.
+    static OfAxis numbered(const std::string& name) {
+        return [=](int a) { return name + std::to_string(a); };
+    }
     /// Returns the WGSL text of the nested loops in which G2P sums over nodes. The innermost loop is along axis 0, the
     /// outermost along the last axis.
+    /// \param type       type(a) returns the type of what the nodes along axis a have
+    /// \param function   function(a) returns the name of the function that sums over them
+    /// \param of_node    what a node has
     /// \param gradients  whether the sums with gradients of the weights are formed, too
-    std::string gather(const std::string& type, const std::string& function, const std::string& of_node,
-                       bool gradients) const {
+    std::string gather(const OfAxis& type, const OfAxis& function, const std::string& of_node, bool gradients) const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
-        for (int a = D_ - 1, depth = 1; a >= 0; --a, ++depth) {
-            const std::string n = std::to_string(a);
-            const std::string K = std::to_string(facts_.support);
-            text += (a == D_ - 1 ? "" : indented(depth)) + "var part" + n + ": " +
-                    (type.empty() ? "vec" + K + "<f32>" : "array<" + type + n + ", " + K + ">") + ";" +
+        for (int a = D_ - 1, depth = 1; a >= 0; --a, ++depth)
+            text += (a == D_ - 1 ? "" : indented(depth)) + "var part" + std::to_string(a) + ": " + type(a) + ";" +
                     indented(depth) + from_zero(counter_of(a), facts_.support);
-        }
         text += " part0[a] = " + of_node + "; }";
         for (int a = 0; a < D_; ++a) {
             const std::string n = std::to_string(a), gradient = gradients ? ", g[" + n + "]" : "",
-                              sum =
-                                  function + (type.empty() ? "" : n) + "(part" + n + ", w[" + n + "]" + gradient + ");";
+                              sum = function(a) + ("(part" + n + ", w[" + n + "]" + gradient + ");");
             const int depth = D_ - a;
             if (a == D_ - 1)
                 text += indented(depth) + "return " + sum;
@@ -421,6 +479,16 @@ private:
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
             {"TAKE", take()},
+            {"VELOCITY", facts_.blends ? "v.velocity" : "taken.velocity"},
+            {"MOTION", facts_.blends ? "v.motion" : "taken.velocity"},
+            {"ALL_NODES", facts_.sparse ? std::to_string(power(block_size)) + "u * params.blocks" : "node_count()"},
+            {"CLEAR_BEFORE",
+             blended(1, "for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * before_forces(i) + k], 0); }")},
+            {"MEASURE_BEFORE", blended(2, "measure_before_forces(i, place - base);")},
+            {"KEEP_BEFORE", blended(1, "if (local == 0u) { raise_status(28u, atomicLoad(&largest_before_forces)); }")},
+            {"CHOOSE_BEFORE", blended(1, "choose_scale_before_forces();")},
+            {"EMPTY_BEFORE", blended(2, "nodes[before_forces(i)] = vec4<i32>(0);")},
+            {"UPDATE_BEFORE", blended(1, "update_before_forces(i, mass);")},
             {"CHOOSE_SHARE", facts_.filters_volume
                                  ? indented(1) +
                                        "atomicStore(&status[16], bitcast<u32>(share_of(chosen.place_per_velocity * "
@@ -430,7 +498,9 @@ private:
                                  : ""},
             {"NO_SHARE", facts_.shifts_particles ? "" : " || !(bitcast<f32>(atomicLoad(&status[16])) > 0.0f)"},
             {"CLEAR_LOADS",
-             sums_rates() ? indented(1) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }" : ""},
+             blended(1, "atomicStore(&status[28], 0u);") +
+                 (sums_rates() ? indented(1) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }"
+                               : "")},
             {"CLEAR_RATES",
              sums_rates() ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
                           : ""},

@@ -7,6 +7,8 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/snow.hpp>
+#include <firn/transfer/aflip.hpp>
+#include <firn/transfer/flip.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
 #include <firn/wgsl/inputs.hpp>
@@ -389,6 +391,56 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     CHECK(water.room_upper == std::vector<double>{std::numeric_limits<double>::infinity(), 1});
     CHECK_FALSE(make_water({.shifting = 0}).has("shift_particles"));
     CHECK_FALSE(p.has("shift_particles"));
+}
+
+TEST_CASE("A transfer that blends velocities has eight numbers for a node; others have nothing of it") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0.375});
+    const auto make = [&]<class Transfer>(const Transfer& transfer, wgsl::GridStorage grid) {
+        return wgsl::make_program<QuadraticBSpline, Transfer, WeightGradientForce, 3>(
+            FixedCorotated<float>{}, walls, Gravity<float, 3>{}, OwnVolume{}, {.grid = grid, .sinks = 1}, transfer);
+    };
+    const auto body_of = [](const wgsl::Program& p, const std::string& name) {
+        const std::size_t first = p.code.find("fn " + name + "(");
+        return first == std::string::npos ? "" : p.code.substr(first, p.code.find("\n}", first) - first);
+    };
+    const auto has = [](const std::string& text, const std::string& part) {
+        return text.find(part) != std::string::npos;
+    };
+    for (const auto grid : {wgsl::GridStorage::dense, wgsl::GridStorage::sparse}) {
+        const wgsl::Program pic = make(Pic{}, grid), p = make(Flip<>{.ratio = 0.75F}, grid);
+        for (const std::string& text : {pic.code, wgsl::manifest(pic)}) CHECK_FALSE(has(text, "before_forces"));
+        CHECK(pic.buffer("nodes").count == 4);
+        CHECK(p.buffer("nodes").count == 8);
+        CHECK(p.uniform("transfer_ratio").values == std::vector<double>{0.75});
+        CHECK(has(wgsl::manifest(p), "\"momentum_scale_before_forces\": 29"));
+        CHECK(has(body_of(p, "blended"), "* params.transfer_ratio"));
+        CHECK_FALSE(has(body_of(p, "blended"), "velocity_gradient"));
+        CHECK_FALSE(has(body_of(p, "record_before_forces"), "stress"));
+        CHECK_FALSE(has(body_of(p, "velocity_before_forces"), "field"));
+        CHECK(wgsl::step_order_of(p) == wgsl::step_order_of(pic));
+        for (const wgsl::EntryPoint& e : p.entry_points) CHECK(e.bindings.size() - 1 <= 8);
+        CHECK(has(body_of(p, "before_forces"),
+                  grid == wgsl::GridStorage::sparse ? "64u * params.blocks" : "node_count()"));
+        CHECK(has(body_of(p, "scatter"), "node_sums[4u * before_forces(node) + c]"));
+        CHECK(has(body_of(p, "scatter_in_arena"), "arena_before[arena_number(node, c)]"));
+
+        const wgsl::Program as = make(Asflip<>{}, grid);
+        CHECK(has(body_of(as, "g2p"), "moved_by(v.motion, "));
+        CHECK(has(body_of(as, "g2p"), "store_velocity(i, v.velocity)"));
+        CHECK(has(body_of(as, "blended"), "select(params.transfer_approach, params.transfer_separation, "));
+        CHECK_THROWS_AS(make(Flip<>{.ratio = 1.5F}, grid), parameter_error);
+    }
+    const wgsl::Program dense = make(Aflip<>{}, wgsl::GridStorage::dense);
+    CHECK_NOTHROW(wgsl::check_fits(dense, 1000, {160, 160, 160}));
+    CHECK(message([&] { wgsl::check_fits(dense, 1000, {164, 164, 164}); }).find("32 bytes per node") !=
+          std::string::npos);
+
+    // Before forces act, mirrored walls are without friction.
+    walls.nodes_behind = NodesBehind::mirrored;
+    const wgsl::Program p = make(Flip<>{}, wgsl::GridStorage::dense);
+    CHECK(has(body_of(p, "mirror_0"), "mirrored_before_0(column_before_0)"));
+    CHECK(has(body_of(p, "mirrored_0"), "0.375f * select(pushed"));
+    CHECK_FALSE(has(body_of(p, "mirrored_before_0"), "0.375f * select(pushed"));
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {

@@ -1,19 +1,19 @@
-// A transfer with further passes has no WGSL program, and the compiler says so.
-// expect: firn: FLIP, AFLIP, ASFLIP and FMPM take further passes
+// A transfer that refines velocities has no WGSL program, and the compiler says so.
+// expect: firn: FMPM takes further passes, for which there are no WGSL kernels
 #include <firn/boundary/walls.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/transfer/flip.hpp>
-#include <firn/transfer/pic.hpp>
+#include <firn/transfer/fmpm.hpp>
 #include <firn/wgsl/program.hpp>
 
 using namespace firn;
 
 #ifdef FIRN_GOOD
-using Transfer = Pic;
-#else
 using Transfer = Flip<>;
+#else
+using Transfer = Fmpm;
 #endif
 
 wgsl::Program program() {
