@@ -437,6 +437,7 @@ void no_gpu() {
 int main() {
     try {
         std::cout << webgpu::Device().name() << '\n';
+        check(webgpu::Device({.only_software = true}).is_software(), "a device in software");
         compare_with_cpu<2>();
         compare_with_cpu<3>();
         advances();

@@ -269,6 +269,8 @@ public:
 
     /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
+    /// Returns whether the device is a software driver, which computes on the CPU.
+    bool is_software() const { return state_->is_software; }
     /// Returns how the programs of on_gpu() round. \see DeviceOptions::arithmetic
     wgsl::Arithmetic arithmetic() const { return state_->arithmetic; }
     /// Returns whether P2G of on_gpu() adds up in workgroup memory. \see DeviceOptions::sums_by_block
