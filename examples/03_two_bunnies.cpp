@@ -53,14 +53,8 @@ Bunnies from_points(const std::string& file) {
 template <class Force>
 example::Record collide(const example::Options& options, const example::Elastic& elastic, const Bunnies& bunnies,
                         std::int64_t steps_between_samples) {
-    firn::SimulationWith<3, firn::FixedCorotated<float>, Force> simulation(
-        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1 / std::round(0.5 / bunnies.spacing)},
-        firn::FixedCorotated<float>::from_young_poisson(elastic.young, elastic.poisson), {options.threads});
-    simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0.3});
-    simulation.add(bunnies.below, 1.0);
-    simulation.add(bunnies.above, 1.0, {0.0, -2.0, 0.0});
-    simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
-
+    auto simulation = example::bunnies_in_a_box<Force>(
+        bunnies, firn::FixedCorotated<float>::from_young_poisson(elastic.young, elastic.poisson), options.threads);
     example::Record record = example::record_of(simulation, elastic, bunnies.spacing,
                                                 example::Box{{{0.3F, 0, 0.3F}}, {{0.88F, 0.5F, 0.7F}}});
     record.every = steps_between_samples;

@@ -153,6 +153,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         if [[ $full == yes ]] || ((i % 5 >= 2)); then deno_cases+=("${cases[i]}"); fi
     done
     if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank); fi
+    if ((${#webgpu[@]})) && [[ $full == yes ]]; then other_lane+=(example); fi
     if ((jobs > 1)); then
         wgsl_lane "${lane[@]}" &
         wgsl_lane "${other_lane[@]}"
@@ -164,6 +165,16 @@ wgsl_stage() { # FOLDER CASES_OPTION...
     report WGSL
 }
 
+# Runs the example that needs a GPU on one in software.
+gpu_example() { # uses the variables of wgsl_stage
+    if firn_swiftshader cmake "-DPROGRAM=$programs/examples/23_on_gpu" -DMODE=gpu "-DOUTPUT=$build/example" \
+        -P "$root/examples/check_example.cmake"; then
+        echo '1 passed, 0 failed'
+    else
+        echo '0 passed, 1 failed'
+    fi
+}
+
 wgsl_lane() { # NAME...; uses the variables of wgsl_stage
     local name
     for name in "$@"; do
@@ -173,6 +184,7 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
             host_in_c++) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_host" ;;
             on_gpu) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_on_gpu" ;;
             tank) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_tank" ;;
+            example) logged "$name" gpu_example ;;
             tint) logged "$name" firn_dawn "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;
             naga) logged "$name" firn_deno "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;
             tint_refuses) logged "$name" firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl ;;

@@ -1,10 +1,13 @@
-/// \file Two bunnies, read from a mesh and filled with particles: one above the other.
+/// \file Two bunnies, read from a mesh and filled with particles: one above the other, which falls on it.
 #pragma once
 
 #include "support/rotation.hpp"
+#include <firn/boundary/walls.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/io/obj.hpp>
+#include <firn/material/fixed_corotated.hpp>
+#include <firn/simulation.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -32,6 +35,20 @@ inline Bunnies bunnies_from_mesh(const std::string& file, std::int64_t particles
     const double spacing = std::cbrt(2 * volume / double(particles));
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
     return {spacing, firn::sample_mesh(below, filling), firn::sample_mesh(above, filling)};
+}
+
+/// Returns the simulation of two bunnies in a box, with steps of half their bound.
+/// \tparam Policies  those that are not the default
+template <class... Policies>
+auto bunnies_in_a_box(const Bunnies& bunnies, const firn::FixedCorotated<float>& material, int threads) {
+    firn::SimulationWith<3, firn::FixedCorotated<float>, Policies...> simulation(
+        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1 / std::round(0.5 / bunnies.spacing)}, material,
+        {threads});
+    simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0.3});
+    simulation.add(bunnies.below, 1.0);
+    simulation.add(bunnies.above, 1.0, {0.0, -2.0, 0.0});
+    simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
+    return simulation;
 }
 
 }  // namespace example
