@@ -275,8 +275,6 @@ public:
     wgsl::Arithmetic arithmetic() const { return state_->arithmetic; }
     /// Returns whether P2G of on_gpu() adds up in workgroup memory. \see DeviceOptions::sums_by_block
     bool sums_by_block() const { return state_->sums_by_block; }
-    /// Returns whether the GPU is a software driver, which computes on the CPU.
-    bool is_software() const { return state_->is_software; }
     /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
     /// Returns whether the device gives timestamps: whether DeviceOptions::timestamps asked for them, and the GPU has
