@@ -43,6 +43,7 @@ auto tank(bool at_bound) {
                                   Snow<float>::from_properties({.young = 3e4}), Jelly::from_young_poisson(2e4, 0.3)),
                               cell_size, 2e-4, Together(scenes::rough_walls<2>(), ball));
     if (at_bound) simulation = bounded(simulation);
+    simulation.most_steps_between_sorts = 9;
     const auto add = [](auto set, const Vec<double, 2>& lower, const Vec<double, 2>& upper,
                         const Vec<double, 2>& velocity) {
         set.add(sample_box<2>(lower, upper, {.spacing = spacing}), 1000, velocity);
@@ -66,7 +67,7 @@ auto tank(bool at_bound) {
                      .rate = 20});
     water.add_sink({.lower = {0.4, 0}, .upper = {0.5, 0.035}});
     sand.add_sink({.lower = {0.3, 0}, .upper = {0.5, 0.04}});
-    sand.add_sink({.lower = {0, 0.025}, .upper = {0.06, 0.025}});
+    sand.add_sink({.lower = {0.1, 0.03}, .upper = {0.2, 0.03}});
     return simulation;
 }
 
