@@ -268,15 +268,16 @@ void write_blended(const std::filesystem::path& root) {
     cornered.in_corners = 1.0 / 32;
     write_case<2, Flip<>, MlsForce>(root, "2d_flip_drift", in_2d, "step", 50, soft, 3e-3, scenes::rough_walls<2>(), {},
                                     wgsl::GridStorage::dense, Flip<>{.ratio = 0.9F});
-    write_case<3, Aflip<>, WeightGradientForce>(root, "3d_aflip_sorted", in_3d, "step_sorted", 50);
+    write_case<2, Aflip<>, WeightGradientForce>(root, "2d_aflip_sorted", in_2d, "step_sorted", 50);
     write_case<2, Asflip<>, MlsForce>(root, "2d_asflip_sparse", {0.15, 1.0 / 128, 1.0 / 64}, "step", 50, soft, 3e-3,
                                       scenes::rough_walls<2>(), {}, wgsl::GridStorage::sparse,
                                       Asflip<>{.ratio = 0.9F, .separation = 0.75F, .approach = 0.25F});
-    write_case<2, Flip<>, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
-        root, "2d_flip_mirrored", cornered, "step", 4, stiff, 0, scenes::mirrored_walls<2>(1.0 / 32));
+    write_case<2, Asflip<>, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_asflip_mirrored", cornered, "step", 4, stiff, 0, scenes::mirrored_walls<2>(1.0 / 32));
 #if defined(FIRN_TEST_ALL)
+    write_case<3, Aflip<>, WeightGradientForce>(root, "3d_aflip_sorted", in_3d, "step_sorted", 50);
     write_case<3, Flip<>, WeightGradientForce, Elastic, CubicBSpline>(root, "3d_flip_cubic", in_3d, "step", 50);
-    write_case<2, Aflip<>, MlsForce, Elastic, CubicBSpline>(root, "2d_aflip_cubic", in_2d, "step_sorted", 50);
+    write_case<2, Aflip<>, MlsForce, Elastic, CubicBSpline>(root, "2d_aflip_cubic_sorted", in_2d, "step_sorted", 50);
     write_case<3, Asflip<>, MlsForce, Fluid<float>, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
         root, "3d_asflip_filter", in_3d, "step", 50, Fluid<float>::from_properties({.viscosity = 5}), 2e-4,
         scenes::rough_walls<3>(), {.every = 2, .shifting = 20});

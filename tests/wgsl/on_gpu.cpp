@@ -362,6 +362,8 @@ void blended_transfers() {
         check_same_run(name + ": CPU, GPU, changed: ", stayed, gpu);
     };
     goes_and_returns("FLIP", thrown({1, -2}, 1.0 / 90, Flip<>{}));
+    compare("FLIP in several chunks", thrown({1, -2}, 1.0 / 250, Flip<>{}), 10, 1,
+            webgpu::Device({.at_most = {48 << 10, 48 << 10, 64, 8}}));
     goes_and_returns("ASFLIP", thrown({1, -2}, 1.0 / 90, Asflip<>{.separation = 0.75F, .approach = 0.25F}));
 
     using Water = Fluid<float>;
