@@ -92,8 +92,8 @@ int main() {
     //!   and a grid of up to 200³ nodes. With a device of higher limits, both may be larger. More particles need several
     //!   Hosts on one grid, as `on_gpu` makes them.
     //! - A program has all nodes of its domain, or those of blocks that particles reach
-    //!   (`firn::wgsl::GridStorage::sparse`, the last argument of `make_program`).
-    //! - Programs support PIC and APIC, and float. They do not support periodic axes, or meshes as boundaries. Each has
+    //!   (`firn::wgsl::GridStorage::sparse`, one of the `firn::wgsl::ProgramOptions` of `make_program`).
+    //! - Programs support all transfers but FMPM, and float. They do not support periodic axes, or meshes as boundaries. Each has
     //!   one material; programs of several share the buffers of the grid.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,

@@ -28,7 +28,7 @@ fn inverse(x: f32) -> f32 { return 1.0f / x; }
 /// WGSL text of product(), quotient(), root() and inverse() in programs with Arithmetic::exact.
 ///
 /// A product is an fma() with a zero that the driver does not know. The quotient and the root are one or two steps of
-/// Newton's method from what the driver computes, with remainders by fma(). \see Markstein, Computation of elementary
+/// Newton's method from what the driver computes, with remainders by fma(): Markstein, Computation of elementary
 /// functions on the IBM RISC System/6000 processor, IBM Journal of Research and Development 34 (1990), 111
 inline constexpr const char* exact_arithmetic = R"(
 fn product(a: f32, b: f32) -> f32 { return fma(a, b, params.negative_zero); }

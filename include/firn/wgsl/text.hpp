@@ -199,7 +199,7 @@ private:
         return facts_.blends ? indented(depth) + statement : "";
     }
 
-    /// A function that adds a particle to the sums at the nodes. \see text::scatter
+    /// A function that adds a particle to the sums at the nodes. Its text: text::scatter
     struct Scatter {
         const char* name;
         std::string target, before{};  // integer c of a node, and of its momentum before forces act; empty: none
