@@ -93,8 +93,8 @@ int main() {
     //!   Hosts on one grid, as `on_gpu` makes them.
     //! - A program has all nodes of its domain, or those of blocks that particles reach
     //!   (`firn::wgsl::GridStorage::sparse`, one of the `firn::wgsl::ProgramOptions` of `make_program`).
-    //! - Programs support all transfers but FMPM, and float. They do not support periodic axes, or meshes as boundaries. Each has
-    //!   one material; programs of several share the buffers of the grid.
+    //! - Programs support all transfers but FMPM, and float. They do not support periodic axes, or meshes as boundaries.
+    //!   Each has one material; programs of several share the buffers of the grid.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.

@@ -33,8 +33,9 @@ export function extents(manifest, { capacity, nodes, blocks }) {
     const nodesEach = blockWidth ** manifest.dimension;
     const node = sparse ? blocks * nodesEach : product(nodes), block = node / nodesEach;
     const lines = nodes.map((along, a) => [`${'xyz'[a]}_line`, node / along]);
-    return { particle: capacity, particle_and_bin: capacity + block * (nodesEach + 2), node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1,
-        ...Object.fromEntries(lines) };
+    const bins = capacity + block * (nodesEach + 2);
+    return { particle: capacity, particle_and_bin: bins, node, block, axis_node: nodes.reduce((a, b) => a + b, 0),
+        program: 1, ...Object.fromEntries(lines) };
 }
 
 /** The bytes of each binding, by its number. Buffers of the manifest that share a binding share memory. */
