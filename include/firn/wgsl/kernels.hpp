@@ -19,11 +19,12 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 /// WGSL text of helper functions for several entry points. These functions access the bits of floats, report errors,
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
-// Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
-// step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left, 23
-// steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 32 to 287 time steps.
-// Five words of each set of particles follow: whether a particle has left its block, in this step, in the last one, and
-// by shifting; the set's largest signal speed; and how many of its particles are in order. Numbers are f32 bits: of positive ones the order is the same.
+// Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the
+// time step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left,
+// 23 steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 32 to 287 time
+// steps. Five words of each set of particles follow: whether a particle has left its block, in this step, in the last
+// one, and by shifting; the set's largest signal speed; and how many of its particles are in order. Numbers are f32
+// bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
