@@ -25,11 +25,11 @@
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so. Drivers of hardware round otherwise, so on hardware
 //!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
 //!   `webgpu::DeviceOptions` choose.
-//! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and colliders
-//!   that move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU: a run
-//!   waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads, forces between particles,
-//!   reactions, periodic axes, and passes of your own are refused in a sentence. The state of one of several materials is
-//!   `gpu.state_of_set<firn::Snow<float>>()`.
+//! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and
+//!   colliders that move; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on
+//!   the CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads, forces
+//!   between particles, reactions, periodic axes, and passes of your own are refused in a sentence. The state of one of
+//!   several materials is `gpu.state_of_set<firn::Snow<float>>()`.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
 //!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
 //!   shifting. Particles that do not fit into one buffer are kept in several.
