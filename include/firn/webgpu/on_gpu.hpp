@@ -249,6 +249,8 @@ private:
     }
     void take_fixed_step(double dt) {
         simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
+        // Where the device has stopped, its reports would no longer tell whether a particle has left its block.
+        if (simulation_.is_sort_due_by_count()) check();
         if (dt != time_step_ || has_moved() || simulation_.is_sort_due_by_count()) {
             submit();
             set_boundary();
