@@ -163,11 +163,11 @@ public:
     std::map<std::string, std::shared_ptr<const Compiled>> compiled{};  // the key is the program's text
 
 private:
-    void request_adapter(const DeviceOptions& options) {
+    Answer<WGPURequestAdapterStatus> ask_for_adapter(const DeviceOptions& options, bool fallback) {
         WGPURequestAdapterOptions asked{};
         asked.featureLevel = WGPUFeatureLevel_Core;
         asked.powerPreference = options.low_power ? WGPUPowerPreference_LowPower : WGPUPowerPreference_HighPerformance;
-        asked.forceFallbackAdapter = options.only_software;
+        asked.forceFallbackAdapter = fallback;
         Answer<WGPURequestAdapterStatus> answer;
         WGPURequestAdapterCallbackInfo callback{};
         callback.mode = WGPUCallbackMode_AllowProcessEvents;
@@ -180,6 +180,13 @@ private:
         callback.userdata2 = &answer;
         wgpuInstanceRequestAdapter(instance.get(), &asked, callback);
         answer.wait(instance.get());
+        return answer;
+    }
+
+    void request_adapter(const DeviceOptions& options) {
+        auto answer = ask_for_adapter(options, options.only_software);
+        // Dawn takes only the driver that it may bring along for a fallback, not one that VK_ICD_FILENAMES names.
+        if (!adapter && options.only_software) answer = ask_for_adapter(options, false);
         WGPUAdapterInfo info{};
         if (adapter) {
             wgpuAdapterGetInfo(adapter.get(), &info);
@@ -193,6 +200,9 @@ private:
                 "There is no GPU that WebGPU can use here", answer.message.empty() ? "" : " (" + answer.message + ")",
                 ". WebGPU needs a driver, on Linux one for Vulkan. VK_ICD_FILENAMES selects a driver, "
                 "which may be a software driver."));
+        if (options.only_software && !is_software)
+            throw device_error("WebGPU finds no software driver here, only " + name +
+                               ". VK_ICD_FILENAMES selects a driver.");
     }
 
     void request_device(const DeviceOptions& options) {
