@@ -226,11 +226,11 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// WGSL text of the function ${NAME}(i, scale, origin), which adds the momentum and mass of particle i, as ${RECORD}
+/// WGSL text of the function ${NAME}(i, scale${ORIGIN}), which adds the momentum and mass of particle i, as ${RECORD}
 /// has them, to the sums at the nodes. ${TARGET} is the place of integer c of a node in an array. ${FIRST} is the first
-/// node that the particle reaches, in this array.
+/// node that the particle reaches, in this array; ${ORIGIN} is a parameter from which it is counted, if there is one.
 inline constexpr const char* scatter = R"(
-fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
+fn ${NAME}(i: u32, scale: FixedPointScale${ORIGIN}) {
     let place = load_place(i);
     let base = base_node_of(place);
     let fraction = place - base;
@@ -258,7 +258,7 @@ fn p2g(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || stopped()) { return; }
     read_time_step();
-    scatter(i, chosen_scale(), ${IVEC}(0));
+    scatter(i, chosen_scale());
 }
 )";
 
@@ -352,7 +352,7 @@ fn p2g_blocks(${INVOCATION}) {
     read_time_step();
     let scale = chosen_scale();
     let origin = enter_block(block);
-    ${SHARE_OUT}
+    for (var s = begin + local; s < end; s += ${GROUP}u) { scatter_in_arena(bin_words[s], scale, origin); }
     workgroupBarrier();
     for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) {
         let node = i32(k / 4u);

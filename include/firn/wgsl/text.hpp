@@ -106,9 +106,8 @@ public:
                         .target = in_nodes("node_sums", "node"),
                         .before = in_nodes("node_sums", "before_forces(node)")}) +
                filled(text::p2g) +
-               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()},
-                                         {"SHARE_OUT", share_out()},
-                                         {"ADD_BEFORE", blended(text::arena_before_forces)}}) +
+               filled(text::p2g_sorted,
+                      {{"SCATTER", scatter_in_arena()}, {"ADD_BEFORE", blended(text::arena_before_forces)}}) +
                filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p,
                       {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
@@ -203,7 +202,8 @@ private:
     struct Scatter {
         const char* name;
         std::string target, before{};  // integer c of a node, and of its momentum before forces act; empty: none
-        std::string record = "record_of(load_particle(i), fraction)", node = "", first = "";  // empty: in the grid
+        std::string record = "record_of(load_particle(i), fraction)";
+        bool in_arena = false;  // or in the grid
     };
     std::string scatter(const Scatter& of) const {
         const auto with_before = [&](const char* text) {
@@ -214,19 +214,16 @@ private:
                       {{"NAME", of.name},
                        {"TARGET", of.target},
                        {"RECORD", of.record},
-                       {"FIRST", of.first.empty() ? "nodes_from(base + load_corner(i))" : of.first},
+                       {"ORIGIN", of.in_arena ? ", origin: " + vec("i32") : ""},
+                       {"FIRST", of.in_arena ? "lattice_from(base + load_corner(i)) - origin"
+                                             : "nodes_from(base + load_corner(i))"},
                        {"RECORD_BEFORE", with_before(text::record_before_forces)},
                        {"LINE_BEFORE", with_before(text::line_before_forces)},
                        {"ADD_BEFORE", with_before(text::add_before_forces)},
                        {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
-                       {"NODE", of.node.empty() ? node_in_grid() : of.node},
+                       {"NODE", of.in_arena ? "arena_node(" + node_from("first") + ")" : node_in_grid()},
                        {"LOOPS", loops},
                        {"END", std::string(std::size_t(D_ - 1), '}')}});
-    }
-    /// Returns the WGSL statements in which a workgroup shares the particles of a block out.
-    std::string share_out() const {
-        return "for (var s = begin + local; s < end; s += " + std::to_string(facts_.options.workgroup_size) +
-               "u) { scatter_in_arena(bin_words[s], scale, origin); }";
     }
     std::string scatter_in_arena() const {
         const auto along = [&](int a) { return arena_along(a); };
@@ -236,8 +233,7 @@ private:
                scatter({.name = "scatter_in_arena",
                         .target = "arena[arena_number(node, c)]",
                         .before = "arena_before[arena_number(node, c)]",
-                        .node = "arena_node(" + node_from("first") + ")",
-                        .first = "lattice_from(base + load_corner(i)) - origin"});
+                        .in_arena = true});
     }
 
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.

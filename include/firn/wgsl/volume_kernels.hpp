@@ -42,7 +42,7 @@ ${SCATTER}
 fn scatter_rates(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || ${IDLE}) { return; }
-    scatter_rate(i, rate_scale(), ${IVEC}(0));
+    scatter_rate(i, rate_scale());
 }
 
 /// The sums of node i: of V0 a, and of V0.
