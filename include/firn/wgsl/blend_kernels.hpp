@@ -22,19 +22,13 @@ fn measure_before_forces(i: u32, fraction: ${VEC}) {
     let load = load_of(record_before_forces(load_particle(i), fraction));
     atomicMax(&largest_before_forces, bitcast<u32>(load.momentum));
 }
-/// The scale, or the error that no scale keeps the sums in range; after that of the sums with forces.
+/// Chooses the scale after that of the sums with forces. The masses, and so their scale, are the same.
 fn choose_scale_before_forces() {
-    let bound = bound_of(FixedPointLoad(bitcast<f32>(atomicLoad(&status[28])), 0.0f,
-                                        bitcast<f32>(atomicLoad(&status[5])), bitcast<f32>(atomicLoad(&status[6]))));
-    if (!is_finite(bound.momentum)) { fail(1u, 0xffffffffu); return; }
-    var scale = scale_of(bound).momentum;
-    if (params.momentum_scale > scale) { fail(3u, 0xffffffffu); return; }
-    if (params.momentum_scale > 0.0f) { scale = params.momentum_scale; }
-    atomicStore(&status[29], bitcast<u32>(scale));
+    if (failed()) { return; }
+    let load = FixedPointLoad(status_number(28u), 0.0f, status_number(5u), status_number(6u));
+    atomicStore(&status[29], bitcast<u32>(scale_for(load, FixedPointScale(params.momentum_scale, 0.0f)).momentum));
 }
-fn scale_before_forces() -> FixedPointScale {
-    return FixedPointScale(bitcast<f32>(atomicLoad(&status[29])), bitcast<f32>(atomicLoad(&status[8])));
-}
+fn scale_before_forces() -> FixedPointScale { return FixedPointScale(status_number(29u), status_number(8u)); }
 fn update_before_forces(i: u32, mass: f32) {
     let at = before_forces(i);
     let momentum = ${VEC}(nodes[at].${AXES}) * inverse(scale_before_forces().momentum);

@@ -21,10 +21,10 @@ namespace firn::inline FIRN_BUILD::wgsl::text {
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the
 // time step, 11 time, 12 to 18 filters of volumes, 19 largest acceleration, 20 share of shifting, 21 and 22 time left,
-// 23 steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 32 to 287 time
-// steps. Five words of each set of particles follow: whether a particle has left its block, in this step, in the last
-// one, and by shifting; the set's largest signal speed; and how many of its particles are in order. Numbers are f32
-// bits: of positive ones the order is the same.
+// 23 steps taken, 24 and 25 blocks, 26 whether a sink may have been met, 27 the set with the error, 28 load and
+// 29 scale of momentum before forces act, 32 to 287 time steps. Five words of each set of particles follow: whether a
+// particle has left its block, in this step, in the last one, and by shifting; the set's largest signal speed; and how
+// many of its particles are in order. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -38,6 +38,7 @@ fn leading_half(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) & 0xfffff00
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * ${GROUP}u + local;
 }
+fn status_number(word: u32) -> f32 { return bitcast<f32>(atomicLoad(&status[word])); }
 fn failed() -> bool { return atomicLoad(&status[0]) != 0u; }
 /// The k-th status word of this set of particles.
 fn set_word(k: u32) -> u32 { return ${FIRST_SET_WORD}u + ${WORDS_OF_SET}u * params.set_number + k; }
@@ -90,14 +91,14 @@ fn bound_time_step(bound: f32) {
 fn choose_time_step() {
     chosen = TimeStep(params.time_step, params.place_per_velocity);
     if (params.bound_time_step == 2u) { chosen.place_per_velocity = place_per_velocity_of(params.time_step); }
-    let speed = max(bitcast<f32>(atomicLoad(&status[2])), params.boundary_speed);
-    let acceleration = bitcast<f32>(atomicLoad(&status[19]));
+    let speed = max(status_number(2u), params.boundary_speed);
+    let acceleration = status_number(19u);
     if (params.bound_time_step != 0u) {
         if (speed > 0.0f) { bound_time_step(stable_step(speed)); }
         if (acceleration > 0.0f && is_finite(acceleration)) { bound_time_step(accelerated_step(acceleration)); }
     }
     if (params.bound_time_step == 2u) {
-        let left = TimeLeft(bitcast<f32>(atomicLoad(&status[21])), bitcast<f32>(atomicLoad(&status[22])));
+        let left = TimeLeft(status_number(21u), status_number(22u));
         let within = step_within(left, chosen.time_step);
         bound_time_step(within.step);
         if (params.least_time_left > 0.0f && left.high - within.step <= params.least_time_left) {
@@ -109,10 +110,10 @@ fn choose_time_step() {
     }
     atomicStore(&status[9], bitcast<u32>(chosen.time_step));
     atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));
-    atomicStore(&status[11], bitcast<u32>(bitcast<f32>(atomicLoad(&status[11])) + chosen.time_step));
+    atomicStore(&status[11], bitcast<u32>(status_number(11u) + chosen.time_step));
 }
 fn read_time_step() {
-    chosen = TimeStep(bitcast<f32>(atomicLoad(&status[9])), bitcast<f32>(atomicLoad(&status[10])));
+    chosen = TimeStep(status_number(9u), status_number(10u));
 }
 
 @compute @workgroup_size(1)
@@ -201,24 +202,33 @@ fn measure_counts(${INVOCATION}) {
     if (local == 0u) { raise_status(6u, atomicLoad(&largest[0])); }
 }
 
-/// The scales, or the error that no scale keeps the sums in range.
+/// The scales for a load, or the given ones, which are 0 if none is; or the error that none keeps the sums in range.
+fn scale_for(load: FixedPointLoad, given: FixedPointScale) -> FixedPointScale {
+    let bound = bound_of(load);
+    var scale = scale_of(bound);
+    if (!is_finite(bound.momentum) || !is_finite(bound.mass)) {
+        fail(1u, 0xffffffffu);
+    } else if (bound.contributions >= 1073741824.0f) {
+        fail(2u, 0xffffffffu);
+    } else if (given.momentum > scale.momentum || given.mass > scale.mass) {
+        fail(3u, 0xffffffffu);
+    }
+    if (given.momentum > 0.0f) { scale.momentum = given.momentum; }
+    if (given.mass > 0.0f) { scale.mass = given.mass; }
+    return scale;
+}
+
 @compute @workgroup_size(1)
 fn choose_scale() {
     if (stopped()) { return; }
-    let bound = bound_of(FixedPointLoad(bitcast<f32>(atomicLoad(&status[3])), bitcast<f32>(atomicLoad(&status[4])),
-                                        bitcast<f32>(atomicLoad(&status[5])), bitcast<f32>(atomicLoad(&status[6]))));
-    if (!is_finite(bound.momentum) || !is_finite(bound.mass)) { fail(1u, 0xffffffffu); return; }
-    if (bound.contributions >= 1073741824.0f) { fail(2u, 0xffffffffu); return; }
-    var scale = scale_of(bound);
-    if (params.momentum_scale > scale.momentum || params.mass_scale > scale.mass) { fail(3u, 0xffffffffu); return; }
-    if (params.momentum_scale > 0.0f) { scale.momentum = params.momentum_scale; }
-    if (params.mass_scale > 0.0f) { scale.mass = params.mass_scale; }
+    let load = FixedPointLoad(status_number(3u), status_number(4u), status_number(5u), status_number(6u));
+    let scale = scale_for(load, FixedPointScale(params.momentum_scale, params.mass_scale));
     atomicStore(&status[7], bitcast<u32>(scale.momentum));
     atomicStore(&status[8], bitcast<u32>(scale.mass));${CHOOSE_BEFORE}
 }
 
 fn chosen_scale() -> FixedPointScale {
-    return FixedPointScale(bitcast<f32>(atomicLoad(&status[7])), bitcast<f32>(atomicLoad(&status[8])));
+    return FixedPointScale(status_number(7u), status_number(8u));
 }
 /// To the nearest integer, ties to even. The bound keeps it in range; the clamp keeps i32() defined in any case.
 fn nearest(x: vec4<f32>) -> vec4<i32> {

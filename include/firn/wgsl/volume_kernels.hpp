@@ -24,18 +24,14 @@ fn measure_record(record: P2GRecord) {
 @compute @workgroup_size(1)
 fn choose_rate_scale() {
     if (${IDLE}) { return; }
-    let most = bitcast<f32>(atomicLoad(&status[${COUNT_WORD}]));
-    let bound = bound_of(FixedPointLoad(bitcast<f32>(atomicLoad(&status[12])), 0.0f,
-                                        bitcast<f32>(atomicLoad(&status[13])), most));
-    if (!is_finite(bound.momentum) || !is_finite(bound.mass)) { fail(1u, 0xffffffffu); return; }
-    if (bound.contributions >= 1073741824.0f) { fail(2u, 0xffffffffu); return; }
-    let scale = scale_of(bound);
+    let load = FixedPointLoad(status_number(12u), 0.0f, status_number(13u), status_number(${COUNT_WORD}u));
+    let scale = scale_for(load, FixedPointScale(0.0f, 0.0f));
     atomicStore(&status[14], bitcast<u32>(scale.momentum));
     atomicStore(&status[15], bitcast<u32>(scale.mass));
     for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }
 }
 fn rate_scale() -> FixedPointScale {
-    return FixedPointScale(bitcast<f32>(atomicLoad(&status[14])), bitcast<f32>(atomicLoad(&status[15])));
+    return FixedPointScale(status_number(14u), status_number(15u));
 }
 ${SCATTER}
 @compute @workgroup_size(${GROUP})
@@ -183,7 +179,7 @@ fn filter_volumes(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || filter_rests()) { return; }
     let after = filtered(load_state(i), load_kirchhoff_stress(i), rates[i], average_around(i),
-                         rates[params.capacity + i], bitcast<f32>(atomicLoad(&status[16])));
+                         rates[params.capacity + i], status_number(16u));
     store_state(i, after.state);
     store_kirchhoff_stress(i, after.stress);
 }
@@ -232,7 +228,7 @@ fn shift_particles(${INVOCATION}) {
     let corner = load_corner(i);
     let base = base_node_of(place);
     let sums = gather_quads(nodes_from(base + corner), place - base);
-    let moved = shifted_by(sums, place, corner, bitcast<f32>(atomicLoad(&status[20])));
+    let moved = shifted_by(sums, place, corner, status_number(20u));
     store_place(i, moved);
     if (has_left_block(moved)) { atomicStore(&status[set_word(2u)], 1u); }
 }
