@@ -547,6 +547,13 @@ int main(int count, char** words) {
                                                              "step_sorted", 50);
         write_case<2, Apic, WeightGradientForce, Elastic, CompactQuartic>(root, "2d_compact_quartic",
                                                                           {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
+        write_case<2, Apic, MlsForce>(root, "2d_periodic", {0.15, 1.0 / 128, 1.0 / 64, 0.02, true}, "step", 50,
+                                      FixedCorotated<float>::from_young_poisson(1e3, 0.3), 3e-3,
+                                      scenes::walls_across_first_axis<2>(), OwnVolume{}, wgsl::GridStorage::sparse);
+        write_case<3, Apic, WeightGradientForce>(root, "3d_periodic", {0.2, 1.0 / 32, 1.0 / 16, 0.03, true},
+                                                 "step_sorted", 50, FixedCorotated<float>::from_young_poisson(1e3, 0.3),
+                                                 3e-3, scenes::walls_across_first_axis<3>(), OwnVolume{},
+                                                 wgsl::GridStorage::sparse);
         write_case<2, Apic, MlsForce>(root, "2d_sparse", {0.15, 1.0 / 128, 1.0 / 64}, "step", 50,
                                       FixedCorotated<float>::from_young_poisson(2e3, 0.3), 3e-3,
                                       scenes::rough_walls<2>(), OwnVolume{}, wgsl::GridStorage::sparse);

@@ -161,6 +161,42 @@ void sparse_grids() {
     check(webgpu::on_gpu(reflected, device).blocks() == 0, "mirrored walls need all nodes");
 }
 
+/// Matter that leaves periodic domains at one end and comes in at the other, into other matter and a sink.
+void periodic_domains() {
+    const auto domain = [](auto unit, double cell_size) {
+        unit.cell_size = cell_size;
+        unit.periodic.fill(true);
+        return unit;
+    };
+    Domain<2> ring = domain(Domain<2>{}, 1.0 / 48);
+    ring.periodic[1] = false;
+    auto walls = scenes::rough_walls<2>();
+    walls.at_lower[0] = walls.at_upper[0] = {};
+    Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
+    ball.position = {0.5, 0.2};
+    ball.linear_velocity = {0.3, 0.1};
+    Simulation round(ring, FixedCorotated<float>::from_young_poisson(2e4, 0.3), Integers{}, Together(walls, ball));
+    round.warn = {};
+    round.fixed_time_step = 4e-4;
+    round.add(sample_box<2>({0.7, 0.3}, {0.95, 0.6}, {.spacing = 0.01}), 1000, {6, -2});
+    round.add(sample_box<2>({0.05, 0.1}, {0.3, 0.4}, {.spacing = 0.01}), 1000, {-5, 0});
+    round.add_sink({.lower = {0.1, 0.4}, .upper = {0.12, 0.6}});  // above the second body
+    auto cpu = round;
+    cpu.advance(0.04);
+    check(cpu.particles().size() > 1000 && cpu.particles().size() < 1450, "a sink takes some of what has come round",
+          sentence(cpu.particles().size(), " of 1500 particles are left"));
+    compare("a ring", round, 100);
+    compare("a ring, in steps at their bound", bounded(round), 60);
+    compare("a ring, as on hardware", round, 60, 1,
+            webgpu::Device({.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true}));
+
+    Simulation everywhere(domain(Domain<3>{}, 1.0 / 16), Fluid<float>{}, Integers{}, FBar{});
+    everywhere.warn = {};
+    everywhere.gravity = {};
+    everywhere.add(sample_box<3>({0.6, 0.1, 0.6}, {0.9, 0.4, 0.9}, {.spacing = 1.0 / 32}), 1000, {9, -11, 10});
+    compare("water goes round a domain without ends", bounded(std::move(everywhere)), 240);
+}
+
 /// A jet whose water lives for a while, over a pool; or into an empty domain, from some time on.
 void sources(const webgpu::Device& device) {
     const auto pouring = [](bool into_pool, double start) {
@@ -460,10 +496,13 @@ void what_is_refused() {
     Domain<2> ring;
     ring.cell_size = 1.0 / 48;
     ring.periodic[0] = true;
-    Simulation turning(ring, FixedCorotated<float>{}, Integers{});
+    auto walls = scenes::mirrored_walls<2>();
+    walls.at_lower[0] = walls.at_upper[0] = {};
+    Simulation turning(ring, FixedCorotated<float>{}, Integers{}, walls);
     turning.fixed_time_step = 1e-4;
     turning.add(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 0.01}), 1000, {1, 0});
-    check_throws<parameter_error>("a periodic domain", {"periodic"}, [&] { webgpu::on_gpu(turning, device); });
+    check_throws<usage_error>("mirrored walls in a periodic domain", {"mirrored walls", "periodic"},
+                              [&] { webgpu::on_gpu(turning, device); });
     gpu.edit() = thrown();
     check_throws<parameter_error>("a time that runs back", {"-1 s"}, [&] { gpu.advance(-1); });
 
@@ -489,6 +528,7 @@ int main() {
         for (const bool at_bound : {false, true}) four_materials(at_bound);
         sources(webgpu::Device());
         sparse_grids();
+        periodic_domains();
         times_of_passes();
         as_on_hardware();
         small_limits();

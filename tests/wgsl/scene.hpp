@@ -67,6 +67,7 @@ struct Matter {
     /// If not negative: the blocks lie in two opposite corners of a box that is so much smaller than the unit box [m],
     /// and move along its walls and into them.
     double in_corners = -1;
+    bool periodic = false;  ///< whether all axes but the first are periodic
 };
 
 /// How the programs of all scenes round.
@@ -77,6 +78,14 @@ template <int D>
 firn::Walls<float, D> rough_walls() {
     return firn::Walls<float, D>::all(firn::Vec<float, D>::filled(0), firn::Vec<float, D>::filled(1),
                                       {firn::Contact::separate, 0.3});
+}
+
+/// The faces of the unit box across the first axis.
+template <int D>
+firn::Walls<float, D> walls_across_first_axis() {
+    firn::Walls<float, D> walls = rough_walls<D>();
+    for (std::size_t a = 1; a < std::size_t(D); ++a) walls.at_lower[a] = walls.at_upper[a] = {};
+    return walls;
 }
 
 /// A box in the unit box, at a distance from its faces [m]. Its walls have all contacts, and are mirrored: at edges and
@@ -108,7 +117,7 @@ struct MovingBlocks {
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>(),
                  const Volume& volume = {}, firn::wgsl::GridStorage grid = firn::wgsl::GridStorage::dense,
                  const Transfer& transfer = {})
-        : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
+        : domain(box(matter.cell_size, matter.periodic)), simulation(domain, material, {}, boundary) {
         simulation.volume = volume;
         simulation.transfer = transfer;
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
@@ -135,7 +144,7 @@ struct MovingBlocks {
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
             material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume,
-            {.grid = grid, .arithmetic = arithmetic}, transfer);
+            {.grid = grid, .periodic = matter.periodic, .arithmetic = arithmetic}, transfer);
     }
 
     /// The simulation as it is now.
@@ -154,9 +163,10 @@ private:
         simulation.add(firn::sample_box<D>(low, low + V::filled(matter.side), filling), 1000, velocity);
         simulation.add(firn::sample_box<D>(high - V::filled(matter.side), high, filling), 1000, -velocity);
     }
-    static firn::Domain<D> box(double cell_size) {
+    static firn::Domain<D> box(double cell_size, bool periodic) {
         firn::Domain<D> unit;
         unit.cell_size = cell_size;
+        for (std::size_t a = 1; a < std::size_t(D); ++a) unit.periodic[a] = periodic;
         return unit;
     }
 };

@@ -142,6 +142,15 @@ int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     return distance > n / 2 ? distance - n : distance < -n / 2 ? distance + n : distance;
 }
 
+/// Returns a coordinate [m] that lies in the domain: x, or along a periodic axis the same place in the domain if x lies
+/// outside of it by up to one extent.
+template <int D>
+double into_domain(const Domain<D>& domain, int axis, double x) {
+    const double lower = domain.lower[axis], upper = domain.upper[axis];
+    if (!domain.periodic[std::size_t(axis)] || (x >= lower && x <= upper)) return x;
+    return std::clamp(x < lower ? x + (upper - lower) : x - (upper - lower), lower, upper);
+}
+
 /// Returns the coordinate [m], along one axis, of a point that is given by its block and its place in that block.
 /// \param block  coordinates of the block, or of a copy of it
 /// \param place  the point's place along the axis: its distance [cells] from the block's lower corner

@@ -48,6 +48,14 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
     return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
 }
 
+/// Returns between which coordinates a step keeps particles along an axis [cells from the domain's lower corner]: in
+/// the domain, but along a periodic axis they may leave it by one extent.
+template <std::floating_point S, int D>
+std::array<S, 2> range_of_steps(const Domain<D>& domain, int axis) {
+    const S extent = extent_in_cells<S>(domain, axis);
+    return domain.periodic[std::size_t(axis)] ? std::array<S, 2>{-extent, 2 * extent} : std::array<S, 2>{0, extent};
+}
+
 /// Returns how far [m] a position may lie outside of the domain along an axis by rounding alone: four units in the last
 /// place, in precision S, of the axis' corner that is farther from 0, but at most a thousandth of a cell.
 template <std::floating_point S, int D>

@@ -99,12 +99,9 @@ public:
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
-        for (int a = 0; a < D; ++a) {
-            x[a] = position_of_place(domain_, of, a, double(fields_.template at<S>(of_place, slot, a)));
-            const double lower = domain_.lower[a], upper = domain_.upper[a];
-            if (domain_.periodic[std::size_t(a)] && !(x[a] >= lower && x[a] <= upper))
-                x[a] = std::clamp(x[a] < lower ? x[a] + (upper - lower) : x[a] - (upper - lower), lower, upper);
-        }
+        for (int a = 0; a < D; ++a)
+            x[a] = into_domain(domain_, a,
+                               position_of_place(domain_, of, a, double(fields_.template at<S>(of_place, slot, a))));
         return x;
     }
     /// Returns the coordinates of the block from whose lower corner the position of the particle in a slot is counted.

@@ -84,12 +84,9 @@ public:
     /// Makes a converter for positions in this domain.
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
         for (int a = 0; a < D; ++a) {
-            lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
-            upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
-            if (domain.periodic[std::size_t(a)]) {  // a step may move particles out of the domain by up to one extent
-                lower_[a] = -upper_[a];
-                upper_[a] = 2 * upper_[a];
-            }
+            const auto [lowest, highest] = range_of_steps<S>(domain, a);  // an array of metres is never periodic
+            lower_[a] = in_cells ? lowest : S(domain.lower[a]);
+            upper_[a] = in_cells ? highest : S(domain.upper[a]);
         }
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }

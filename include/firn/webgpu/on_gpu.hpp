@@ -171,15 +171,20 @@ private:
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
         blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
-        is_sparse_ = has_many_empty_blocks();
+        is_sparse_ = is_periodic(simulation_.domain()) || has_many_empty_blocks();
         simulation_.for_materials([&](const auto& set, std::size_t) {
             is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
                                            simulation_.boundary, simulation_.volume);
         });
+        if (is_periodic(simulation_.domain()) && !is_sparse_)
+            throw usage_error(
+                "A GPU cannot do mirrored walls or particle shifting in a periodic domain: take the steps on the CPU.");
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
         const auto options = [&](const auto& set) {
-            return wgsl::ProgramOptions{
-                .grid = grid_storage, .sinks = int(set.sinks.size()), .arithmetic = device_.arithmetic()};
+            return wgsl::ProgramOptions{.grid = grid_storage,
+                                        .sinks = int(set.sinks.size()),
+                                        .periodic = is_periodic(simulation_.domain()),
+                                        .arithmetic = device_.arithmetic()};
         };
         simulation_.for_materials([&](const auto& set, std::size_t k) {
             if (may_differ || sets_[k].program.options.grid != grid_storage)
@@ -476,8 +481,9 @@ private:
             return value;
         };
         const Domain<D>& domain = simulation_.domain();
-        const Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size,
-                             v = of_particle("velocity");
+        Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size;
+        for (int a = 0; a < D; ++a) x[a] = into_domain(domain, a, x[a]);
+        const Vec<double, D> v = of_particle("velocity");
         firn::detail::ParticleFacts facts{.id = chunk.ids[i], .dimension = D, .has_position = true};
         std::copy_n(x.v, D, facts.position);
         std::copy_n(v.v, D, facts.velocity);
@@ -533,11 +539,12 @@ private:
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
-/// shifting. Particles that do not fit into one buffer of the device are kept in several.
+/// shifting, neither of which a periodic domain can have here. Particles that do not fit into one buffer of the device
+/// are kept in several.
 /// \param device  the GPU
 /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
-/// \throws parameter_error  if steps are neither fixed nor chosen in float, if the domain is periodic, or if a buffer
-///                          for the nodes exceeds the device's limits
+/// \throws parameter_error  if steps are neither fixed nor chosen in float, or if a buffer for the nodes exceeds the
+///                          device's limits
 /// \throws particle_error   if a particle is not finite or outside the domain, or too light for sums in integers
 /// \throws device_error     if there is no GPU, or if it refuses the program
 template <class Simulation>

@@ -248,7 +248,7 @@ void add_mirrors(Module& module, const Boundary& boundary, const std::vector<Mir
 /// Adds the functions of G2P to the module: sum_axis0, … (sums over the nodes along one axis), take_from_grid (a
 /// particle's new velocity and velocity gradient) and moved_by (a particle's new position). \see stage/g2p.hpp
 template <class Kernel, class Transfer, class Force, int D>
-void add_g2p(Module& module, const Transfer& transfer) {
+void add_g2p(Module& module, const Transfer& transfer, bool periodic) {
     using R = recorded;
     using V = Vec<R, D>;
     constexpr bool sum_moments = g2p_needs_moment<Kernel, Transfer, Force>;
@@ -272,8 +272,10 @@ void add_g2p(Module& module, const Transfer& transfer) {
                              });
     module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
                              {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {
-                                 return moved_by(velocity, detail::place_per_velocity(), place, V::zero() - corner,
-                                                 detail::uniform_of<V>("cells") - corner);
+                                 const V lowest = periodic ? detail::uniform_of<V>("lowest") : V::zero();
+                                 const V highest = detail::uniform_of<V>(periodic ? "highest" : "cells");
+                                 return moved_by(velocity, detail::place_per_velocity(), place, lowest - corner,
+                                                 highest - corner);
                              });
 }
 

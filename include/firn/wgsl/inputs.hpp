@@ -123,6 +123,19 @@ void set_room(Inputs& inputs, const Program& program, const Domain<D>& domain) {
     inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
 }
 
+/// Sets the uniforms of periodic axes.
+template <int D>
+void set_periods(Inputs& inputs, const Domain<D>& domain) {
+    std::vector<double> period, lowest, highest;
+    for (int a = 0; a < D; ++a) {
+        const auto range = range_of_steps<float>(domain, a);
+        period.push_back(domain.periodic[std::size_t(a)] ? domain.cells(a) : 0);
+        lowest.push_back(double(range[0]));
+        highest.push_back(double(range[1]));
+    }
+    inputs.set("period", period), inputs.set("lowest", lowest), inputs.set("highest", highest);
+}
+
 /// Calls f(component, k, field) for each number that a buffer has of a particle, in their order: component k of a
 /// field, whose index in the table is `field`. Two are no fields: table.size() is the corner of a particle's block,
 /// table.size() + 1 its place before the step.
@@ -210,16 +223,15 @@ std::size_t blocks_near(const Particles<float, D, State>& particles) {
 /// \param limits  limits of the device on which the program will run
 /// \param blocks  for a sparse grid: number of blocks of nodes for which it has memory; 0: blocks_near(particles)
 /// \param share   which of the particles the program gets
-/// \throws parameter_error  if the domain is periodic; if a buffer or an entry point exceeds the limits (see
-///                          check_fits()); if a mirrored wall does not fit the grid (see mirrors_of()); or if a sparse
-///                          grid has 2^31 blocks or more in the domain
+/// \throws parameter_error  if the domain is periodic but the program is not; if a buffer or an entry point exceeds the
+///                          limits (see check_fits()); if a mirrored wall does not fit the grid (see mirrors_of()); or
+///                          if a sparse grid has 2^31 blocks or more in the domain
 /// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
                    double dt, const Limits& limits = {}, std::size_t blocks = 0, const Share& share = {}) {
-    if (is_periodic(domain))
-        throw parameter_error(
-            "The domain is periodic, which firn's WGSL programs do not support: run the simulation on the CPU.");
+    if (is_periodic(domain) && !program.options.periodic)
+        throw parameter_error("The domain is periodic, but the program is not: set ProgramOptions::periodic.");
     firn::detail::require_digits<float>(domain, "A program for a GPU");
     mirrors_of<QuadraticBSpline>(detail::WallsOfProgram{program}, domain);
     Inputs inputs(program);
@@ -253,6 +265,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
+    if (program.options.periodic) detail::set_periods(inputs, domain);
     if (!program.room_lower.empty()) detail::set_room(inputs, program, domain);
     detail::check_heavy_enough(program, particles, slots);
 

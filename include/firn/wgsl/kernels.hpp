@@ -56,7 +56,7 @@ fn raise_status(word: u32, bits: u32) {
 }
 /// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
 fn lattice_from(k: ${VEC}) -> ${IVEC} {
-    return clamp(${IVEC}(k) + ${IVEC}(4), ${IVEC}(0), ${IVEC}(params.nodes) - ${IVEC}(${SUPPORT}));
+    return clamp(${LATTICE} + ${IVEC}(4), ${IVEC}(0), ${IVEC}(params.nodes) - ${IVEC}(${SUPPORT}));
 }
 /// How far the corner of a particle's block moves when its place is counted anew.
 fn shift_of_sort(place: ${VEC}) -> ${VEC} { return 4.0f * floor(0.25f * base_node_of(place)); }
@@ -66,6 +66,15 @@ fn has_left_block(place: ${VEC}) -> bool {
     return any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f));
 }
 fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
+)";
+
+/// WGSL text of the function that moves lattice coordinates into the domain, for programs with periodic axes.
+inline constexpr const char* periods = R"(
+/// Lattice coordinates, moved into the domain by whole periods along the periodic axes.
+fn into_domain(k: ${IVEC}) -> ${IVEC} {
+    let period = max(${IVEC}(params.period), ${IVEC}(1));
+    return select(k, (k % period + period) % period, params.period > ${UVEC}(0u));
+}
 )";
 
 /// WGSL text of a function that returns the gradients of the weights. It is used if G2P needs these gradients.
@@ -164,7 +173,7 @@ fn ${NAME}(${INVOCATION}) {
     let place = load_place(i);
     let shift = shift_of_sort(place);
     store_place(i, place - shift);
-    store_corner(i, load_corner(i) + shift);
+    store_corner(i, ${NEW_CORNER});
 }
 )";
 

@@ -82,6 +82,7 @@ struct ProgramOptions {
     /// one, no step is taken: the host removes the particle, and clears the status. The component "place_before" of a
     /// particle is its place before the step.
     int sinks = 0;
+    bool periodic = false;                      ///< whether axes of the domain may be periodic; needs a sparse grid
     Arithmetic arithmetic = Arithmetic::plain;  ///< how products, quotients, roots and sums are written
 };
 

@@ -23,6 +23,7 @@ inline std::string name_of(const Program& program) {
         name += "_" + *policy;
     if (!program.volume.empty()) name += "_" + program.volume;
     if (program.options.grid == GridStorage::sparse) name += "_sparse";
+    if (program.options.periodic) name += "_periodic";
     if (program.options.arithmetic == Arithmetic::exact) name += "_exact";
     return name;
 }
@@ -48,6 +49,11 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension, const ProgramOp
     uniforms.add("first_particle", "u32", "1", "index of particle 0 of this buffer in its set of particles", {0});
     uniforms.add("boundary_speed", "f32", "m/s", "largest speed of the boundary, for bound_time_step", {0});
     if (options.grid == GridStorage::sparse) uniforms.add("blocks", "u32", "1", "most blocks of 4^D nodes", {0});
+    if (options.periodic) {
+        uniforms.add("period", of_u32, "cells", "extent of the domain along periodic axes; 0 along others", zero);
+        uniforms.add("lowest", of_f32, "cells", "lower corner of the box in which a step keeps particles", zero);
+        uniforms.add("highest", of_f32, "cells", "upper corner of this box", zero);
+    }
     if (options.arithmetic == Arithmetic::exact)
         uniforms.add("negative_zero", "f32", "1", "a zero that drivers do not know", {-0.0});
 }
@@ -131,7 +137,7 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
         add_mirrors<Kernel, Transfer, D>(module, boundary, walls);
     }
-    add_g2p<Kernel, Transfer, Force, D>(module, transfer);
+    add_g2p<Kernel, Transfer, Force, D>(module, transfer, program.options.periodic);
     if constexpr (blends_velocities<Transfer>) add_blend<Kernel, Transfer, D>(module, transfer);
     add_material<D>(module, material);
     if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
@@ -177,7 +183,7 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param transfer         the transfer with its parameters, which become uniforms
 /// \throws parameter_error  if a parameter of `boundary`, `volume` or `transfer` is not valid
-/// \throws usage_error      if the grid cannot be sparse. \see can_be_sparse
+/// \throws usage_error      if the grid cannot be sparse (\see can_be_sparse), or if it must be, for periodic axes
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
@@ -196,6 +202,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     const bool sparse = options.grid == GridStorage::sparse;
     if (sparse && !can_be_sparse<Material, D>(boundary, volume))
         throw usage_error("In WGSL, mirrored walls and particle shifting need a dense grid.");
+    if (options.periodic && !sparse) throw usage_error("In WGSL, periodic axes need a sparse grid.");
     const Facts facts{D,
                       Kernel::support,
                       centre_node<Kernel>,

@@ -139,7 +139,7 @@ fn activate_blocks(${INVOCATION}) {
     if (i >= min(found, params.blocks) || step_is_idle()) { return; }
     let block = block_at(atomicLoad(&block_table[8u * params.blocks + i]));
     for (var k = 1u; k < ${AROUND}u; k++) {
-        let further = block + ${NEIGHBOUR};
+        let further = ${FURTHER_BLOCK};
         if (all(further < ${IVEC}(params.nodes / 4u))) { enter(further, found, 25u); }
     }
 }
@@ -150,7 +150,7 @@ fn link_blocks(${INVOCATION}) {
     if (i >= min(atomicLoad(&status[24]), params.blocks) || step_is_idle()) { return; }
     let block = block_at(block_words[8u * params.blocks + i]);
     for (var k = 0u; k < ${AROUND}u; k++) {
-        block_words[9u * params.blocks + ${AROUND}u * i + k] = place_of(block + ${NEIGHBOUR});
+        block_words[9u * params.blocks + ${AROUND}u * i + k] = place_of(${FURTHER_BLOCK});
     }
 }
 )";

@@ -47,6 +47,7 @@ public:
         const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
         return (is_exact() ? text::exact_arithmetic : text::plain_arithmetic) + filled(text::helpers) +
                filled(facts_.sparse ? text::sparse_nodes : text::dense_nodes) +
+               (facts_.options.periodic ? filled(text::periods) : "") +
                (gradients ? filled(text::gradient_helpers) : "") +
                (facts_.blends
                     ? filled(text::before_forces,
@@ -78,6 +79,12 @@ private:
     using OfAxis = std::function<std::string(int)>;
 
     bool is_exact() const { return facts_.options.arithmetic == Arithmetic::exact; }
+    /// Returns the WGSL expression of the k-th of the blocks that start 0 or 1 blocks further along each axis.
+    std::string further_block() const {
+        const std::string further =
+            "block + " + vec("i32") + "(" + entry_at("k", vec("u32"), [](int) { return std::string("2u"); }) + ")";
+        return facts_.options.periodic ? "into_domain(4 * (" + further + ") - 4) / 4 + 1" : further;
+    }
     std::string node_in_grid() const { return "node_index(" + node_from("first") + ")"; }
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
     // Returns the name of the counter of a loop along axis a. For the last axis, P2G and G2P use the name k instead.
@@ -306,10 +313,17 @@ private:
         std::string text = indented(3) + "store_place_before(i, place);" + indented(3) +
                            "let least = min(place, moved.position) + corner;" + indented(3) +
                            "let most = max(place, moved.position) + corner;";
+        const bool periodic = facts_.options.periodic;
+        if (periodic)  // a way that leaves the domain may meet any sink at the other end
+            text += indented(3) + "let leaves = (params.period > " + vec("u32") + "(0u)) & ((least < " + vec("f32") +
+                    "(0.0f)) | (most > params.cells));";
+        const auto all = [&](const std::string& most, const std::string& least) {
+            return "all(" + (periodic ? "(" + most + " >= " + least + ") | leaves" : most + " >= " + least) + ")";
+        };
         for (int k = 0; k < facts_.options.sinks; ++k) {
             const std::string sink = "params.sink_" + std::to_string(k);
-            text += indented(3) + "if (all(most >= " + sink + "_lower) && all(least <= " + sink +
-                    "_upper)) { atomicStore(&status[" + std::to_string(sink_word) + "], 1u); }";
+            text += indented(3) + "if (" + all("most", sink + "_lower") + " && " + all(sink + "_upper", "least") +
+                    ") { atomicStore(&status[" + std::to_string(sink_word) + "], 1u); }";
         }
         return text;
     }
@@ -384,7 +398,6 @@ private:
         const auto of_block = [](int) { return std::string("4"); };
         const auto of_block_u32 = [](int) { return std::string("4u"); };
         const auto of_pair = [](int) { return std::string("2"); };
-        const auto of_pair_u32 = [](int) { return std::string("2u"); };
         const Names all{
             {"INVOCATION",
              "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "
@@ -401,7 +414,11 @@ private:
             {"FURTHER", flat("further", of_pair)},
             {"IN_BLOCK", flat("in_block", of_block)},
             {"AT_IN_BLOCK", entry_at("in_block", vec("u32"), of_block_u32)},
-            {"NEIGHBOUR", vec("i32") + "(" + entry_at("k", vec("u32"), of_pair_u32) + ")"},
+            {"FURTHER_BLOCK", further_block()},
+            {"LATTICE", facts_.options.periodic ? "into_domain(" + vec("i32") + "(k))" : vec("i32") + "(k)"},
+            {"NEW_CORNER", facts_.options.periodic
+                               ? vec("f32") + "(into_domain(" + vec("i32") + "(load_corner(i) + shift)))"
+                               : "load_corner(i) + shift"},
             {"AROUND", std::to_string(power(2))},
             {"SINK_ERROR", std::to_string(sink_error)},
             {"BLOCKS_ERROR", std::to_string(blocks_error)},
