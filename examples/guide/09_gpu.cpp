@@ -26,8 +26,8 @@
 //!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
 //!   `webgpu::DeviceOptions` choose.
 //! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and
-//!   colliders that move, periodic axes; with one material also FBar or VolumeFilter. Sources, sinks and lifespans of
-//!   bodies act on the CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
+//!   colliders that move, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU:
+//!   a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
 //!   Loads, forces between particles, reactions, and passes of your own are refused in a sentence. The state of one of
 //!   several materials is `gpu.state_of_set<firn::Snow<float>>()`.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
@@ -93,8 +93,9 @@ int main() {
     //!   Hosts on one grid, as `on_gpu` makes them.
     //! - A program has all nodes of its domain, or those of blocks that particles reach
     //!   (`firn::wgsl::GridStorage::sparse`, one of the `firn::wgsl::ProgramOptions` of `make_program`).
-    //! - Programs support all transfers but FMPM, and float; periodic axes with a sparse grid (`ProgramOptions::periodic`),
-    //!   but not meshes as boundaries. Each has one material; programs of several share the buffers of the grid.
+    //! - Programs support all transfers but FMPM, and float; periodic axes with a sparse grid
+    //!   (`ProgramOptions::periodic`), but not meshes as boundaries. Each has one material; programs of several share the
+    //!   buffers of the grid.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.

@@ -100,7 +100,7 @@ void runs_are_the_cpus() {
         compare("water, in steps at their bound", bounded(std::move(water)), 40);
     }
     {
-        auto filtered = made<2>(Fluid<float>{}, 1.0 / 80, 1e-4, VolumeFilter{.every = 2});
+        auto filtered = made<2>(Fluid<float>{}, 1.0 / 80, 1e-4, VolumeFilter{.every = 2, .shifting = 0});
         add_block<2>(filtered, 1.0 / 160, {8, -6});
         compare("water on a sparse grid, filtered", std::move(filtered), 30);
         auto averaged = made<2>(Fluid<float>{}, 1.0 / 80, 1e-4, FBar{});
@@ -401,20 +401,30 @@ void blended_transfers() {
     compare("FLIP in several chunks", thrown({1, -2}, 1.0 / 250, Flip<>{}), 10, 1,
             webgpu::Device({.at_most = {48 << 10, 48 << 10, 64, 8}}));
     goes_and_returns("ASFLIP", thrown({1, -2}, 1.0 / 90, Asflip<>{.separation = 0.75F, .approach = 0.25F}));
+}
 
+/// Water and jelly, whose volumes are averaged or filtered apart, on a sparse grid and beside mirrored walls.
+void volumes_of_two_materials() {
     using Water = Fluid<float>;
     using Jelly = FixedCorotated<float>;
-    auto two = made<2>(Materials<Water, Jelly>({}, Jelly::from_young_poisson(5e4, 0.3)), 1.0 / 120, 1e-4, Aflip<>{},
-                       scenes::rough_walls<2>());
-    two.template set<Water>().add(sample_box<2>({0.3, 0.2}, {0.4, 0.3}, {.spacing = 1.0 / 240}), 1000, {9, -3});
-    two.template set<Jelly>().add(sample_box<2>({0.41, 0.2}, {0.5, 0.3}, {.spacing = 1.0 / 240}), 2000, {-9, 5});
-    auto gpu = webgpu::on_gpu(two, device);
-    check(gpu.blocks() > 0, "two materials by AFLIP have a sparse grid");
-    two.advance(0.00595), gpu.advance(0.00595);
-    check_same_state("two materials by AFLIP, water: ", state_of(two.template set<Water>()),
-                     gpu.template state_of_set<Water>());
-    check_same_state("two materials by AFLIP, jelly: ", state_of(two.template set<Jelly>()),
-                     gpu.template state_of_set<Jelly>());
+    const webgpu::Device device;
+    const auto is_same = [&](const std::string& of, const auto& boundary, const auto&... policies) {
+        auto cpu = made<2>(Materials<Water, Jelly>({}, Jelly::from_young_poisson(5e4, 0.3)), 1.0 / 120, 1e-4, boundary,
+                           policies...);
+        cpu.template set<Water>().add(sample_box<2>({0.32, 0.32}, {0.4, 0.4}, {.spacing = 1.0 / 240}), 1000, {9, -3});
+        cpu.template set<Jelly>().add(sample_box<2>({0.41, 0.32}, {0.48, 0.4}, {.spacing = 1.0 / 200}), 2000, {-9, 5});
+        auto gpu = webgpu::on_gpu(cpu, device);
+        const bool mirrored = boundary.nodes_behind == NodesBehind::mirrored;
+        const std::string name = of + (mirrored ? ", mirrored: " : ": ");
+        check((gpu.blocks() > 0) != mirrored, name + "the kind of grid");
+        cpu.advance(0.00595), gpu.advance(0.00595);
+        check_same_state(name + "water: ", state_of(cpu.template set<Water>()), gpu.template state_of_set<Water>());
+        check_same_state(name + "jelly: ", state_of(cpu.template set<Jelly>()), gpu.template state_of_set<Jelly>());
+    };
+    for (const auto& walls : {scenes::rough_walls<2>(), scenes::mirrored_walls<2>(0.3)}) {
+        is_same("two materials by AFLIP, averaged", walls, Aflip<>{}, FBar{});
+        is_same("two materials, filtered", walls, VolumeFilter{.every = 2, .shifting = 0});
+    }
 }
 
 /// The sentence of the error that f throws.
@@ -534,6 +544,7 @@ int main() {
         small_limits();
         from_one_to_the_other();
         blended_transfers();
+        volumes_of_two_materials();
         errors_of_steps();
         what_is_refused();
     } catch (const std::exception& e) {

@@ -3,7 +3,6 @@
 
 #include <firn/loops/execution.hpp>
 #include <firn/transfer/concept.hpp>
-#include <firn/volumetric/own_volume.hpp>
 #include <firn/wgsl/layout.hpp>
 
 #include <concepts>
@@ -25,10 +24,6 @@ consteval bool require_gpu() {
                   "has the same bits on the CPU.");
     static_assert(!refines_velocities<std::remove_cvref_t<decltype(std::declval<Simulation&>().transfer)>>,
                   "firn: FMPM is not yet on a GPU: take the steps on the CPU, or another transfer.");
-    using Volume = std::remove_cvref_t<decltype(std::declval<Simulation&>().volume)>;
-    static_assert(Simulation::material_count == 1 || std::same_as<Volume, OwnVolume>,
-                  "firn: several materials with FBar or VolumeFilter do not yet run on a GPU: take the steps on the "
-                  "CPU.");
     static_assert(Simulation::material_count <= wgsl::detail::most_sets, "firn: at most 8 materials run on a GPU.");
     static_assert(!Simulation::has_contact_groups,
                   "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");

@@ -183,6 +183,7 @@ private:
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
                                         .sinks = int(set.sinks.size()),
+                                        .several_sets = Simulation::material_count > 1,
                                         .periodic = is_periodic(simulation_.domain()),
                                         .arithmetic = device_.arithmetic()};
         };
@@ -193,12 +194,7 @@ private:
                     simulation_.volume, options(set), simulation_.transfer);
             upload(set, k);
         });
-        step_.clear();
-        for (const std::string& name : wgsl::step_order_of(sets_[0].program, device_.sums_by_block()))
-            for (const detail::SetOnDevice<D>& set : sets_)
-                for (const detail::Chunk& chunk : set.chunks)
-                    if (chunk.host.get() == &grid() || wgsl::has_own_buffers(set.program, name))
-                        step_.emplace_back(chunk.host.get(), name);
+        order_step();
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);
         grid().begin(simulation_.steps(), reports);
@@ -211,6 +207,34 @@ private:
         is_fresh_ = true;
     }
 
+    /// Puts the entry points of a step in order.
+    void order_step() {
+        const wgsl::Program& program = sets_[0].program;
+        const auto add = [&](const std::vector<std::string>& names, std::size_t first, std::size_t last) {
+            for (const std::string& name : names)
+                if (!wgsl::has_own_buffers(program, name))
+                    step_.emplace_back(&grid(), name);
+                else
+                    for (std::size_t k = first; k < last; ++k)
+                        for (const detail::Chunk& chunk : sets_[k].chunks) step_.emplace_back(chunk.host.get(), name);
+        };
+        std::vector<std::string> by_set;
+        const auto add_by_set = [&] {
+            for (std::size_t k = 0; k < sets_.size(); ++k) add(by_set, k, k + 1);
+            by_set.clear();
+        };
+        step_.clear();
+        for (const std::string& pass : wgsl::passes_of_programs) {
+            const std::vector<std::string> names = wgsl::entry_points_of(program, pass, device_.sums_by_block());
+            if (wgsl::runs_by_set(program, pass)) {
+                by_set.insert(by_set.end(), names.begin(), names.end());
+            } else {
+                add_by_set();
+                add(names, 0, sets_.size());
+            }
+        }
+        add_by_set();
+    }
     /// Returns whether a dense grid does not fit, or has more than twice as many blocks as particles need.
     bool has_many_empty_blocks() const {
         double blocks = 1;
@@ -532,10 +556,10 @@ private:
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
 /// Simulations may have up to eight materials, any transfer but FMPM, any kernel, force form and boundary (with
-/// colliders that move); with one material also FBar or VolumeFilter. Sources, sinks and lifespans of bodies act on the
-/// CPU: where a burst is due, a body ends or a particle may have met a sink, the particles come there and back. Their
-/// sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see FixedPoint::float_steps. What a
-/// GPU cannot do is refused in a sentence.
+/// colliders that move), FBar and VolumeFilter (its particle shifting with one material). Sources, sinks and lifespans
+/// of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the particles come
+/// there and back. Their sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see
+/// FixedPoint::float_steps. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

@@ -82,6 +82,8 @@ struct ProgramOptions {
     /// one, no step is taken: the host removes the particle, and clears the status. The component "place_before" of a
     /// particle is its place before the step.
     int sinks = 0;
+    /// Whether its set of particles is one of several on one grid, which matters to FBar and VolumeFilter.
+    bool several_sets = false;
     bool periodic = false;                      ///< whether axes of the domain may be periodic; needs a sparse grid
     Arithmetic arithmetic = Arithmetic::plain;  ///< how products, quotients, roots and sums are written
 };
@@ -413,6 +415,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         const Bindings particle_sums{
             {motion, true}, {constants, false}, {status, true}, {rates, true}, {rate_sums, true}},
             sums{{status, true}, {rate_sums, true}};
+        if (facts.options.several_sets) add("clear_rates", "node", size, sums);
+        if (facts.options.several_sets || facts.filters_volume) add("measure_rate_counts", "node", size, sums);
         add("choose_rate_scale", "one_workgroup", 1, {{status, true}});
         add("scatter_rates", "particle", size, particle_sums);
         if (!program.mirrors.empty()) add("convert_rates", "node", size, sums);
@@ -421,12 +425,10 @@ inline void add_entry_points(Program& program, const Facts& facts) {
             add(fold_pass(k), axis + "_line", size, with(sums, {{coordinates, false}}));
         });
         if (facts.averages_volume) {
-            add("measure_rates", "particle", size,
-                {{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}});
+            add("measure_rates", "particle", size, with(particle_sums, {{nodes, true}}));
             add("average_rates", "node", size, with(sums, {{nodes, true}}));
         } else {
             add("measure_volumes", "particle", size, with(particle_sums, {{state, true}}));
-            add("count_volumes", "node", size, sums);
             add("average_volumes", "node", size, sums);
             add("measure_averages", "particle", size,
                 {{motion, true}, {status, true}, {rates, true}, {rate_sums, true}});

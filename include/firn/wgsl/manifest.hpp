@@ -31,6 +31,13 @@ static_assert(detail::mirror_error == 6 && detail::blocks_error == 7 && detail::
 
 namespace detail {
 
+/// Returns the entry points that measure numbers of particles: `measure`, and what belongs to it.
+inline std::vector<std::string> measuring_of(const Program& program, const char* measure) {
+    std::vector<std::string> points{measure};
+    if (program.options.several_sets) points.insert(points.begin(), "clear_rates");
+    if (program.has("measure_rate_counts")) points.push_back("measure_rate_counts");
+    return points;
+}
 /// Returns the entry points that average numbers of particles at nodes.
 inline std::vector<std::string> averaging_of(const Program& program) {
     std::vector<std::string> points{"choose_rate_scale", "scatter_rates"};
@@ -40,7 +47,7 @@ inline std::vector<std::string> averaging_of(const Program& program) {
 }
 /// Returns the entry points of the pass of a filter of volume ratios.
 inline std::vector<std::string> filtering_of(const Program& program) {
-    std::vector<std::string> average = averaging_of(program), points{"measure_volumes", "count_volumes"};
+    std::vector<std::string> average = averaging_of(program), points = measuring_of(program, "measure_volumes");
     average.push_back("average_volumes");
     const auto add = [&](const std::vector<std::string>& more) {
         points.insert(points.end(), more.begin(), more.end());
@@ -78,13 +85,20 @@ inline std::vector<std::string> entry_points_of(const Program& program, std::str
         detail::for_mirror_passes(program,
                                   [&](int k, std::size_t, std::size_t) { points.push_back(detail::mirror_pass(k)); });
     } else if (pass == "average volumes" && program.has("average_rates")) {
-        points = detail::averaging_of(program);
-        points.insert(points.begin(), "measure_rates");
+        points = detail::measuring_of(program, "measure_rates");
+        const std::vector<std::string> average = detail::averaging_of(program);
+        points.insert(points.end(), average.begin(), average.end());
         points.push_back("average_rates");
     } else if (pass == "g2p") {
         points = {"g2p"};
     }
     return points;
+}
+
+/// Returns whether the entry points of a pass run for one set of particles after the other, each set's together with
+/// those of the next such pass.
+inline bool runs_by_set(const Program& program, std::string_view pass) {
+    return pass == "filter volumes" || pass == "average volumes" || (pass == "g2p" && program.has("average_rates"));
 }
 
 /// Returns the names of the entry points of one step of a program, in the order to run them: those of all passes.

@@ -183,7 +183,8 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param transfer         the transfer with its parameters, which become uniforms
 /// \throws parameter_error  if a parameter of `boundary`, `volume` or `transfer` is not valid
-/// \throws usage_error      if the grid cannot be sparse (\see can_be_sparse), or if it must be, for periodic axes
+/// \throws usage_error      if the grid cannot be sparse (\see can_be_sparse), or if it must be, for periodic axes; or
+///                          if particles of one of several sets would be shifted
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
           volumetric Volume>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
@@ -202,6 +203,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     const bool sparse = options.grid == GridStorage::sparse;
     if (sparse && !can_be_sparse<Material, D>(boundary, volume))
         throw usage_error("In WGSL, mirrored walls and particle shifting need a dense grid.");
+    if (shifts && options.several_sets)
+        throw usage_error("In WGSL, particle shifting is for one material: set VolumeFilter::shifting to 0.");
     if (options.periodic && !sparse) throw usage_error("In WGSL, periodic axes need a sparse grid.");
     const Facts facts{D,
                       Kernel::support,

@@ -263,20 +263,24 @@ private:
     /// Returns the WGSL text of the passes of a volumetric policy; no text for OwnVolume.
     std::string volume(const Program& program) const {
         if (!sums_rates()) return "";
-        const bool filters = facts_.filters_volume, mirrors = !program.mirrors.empty();
+        const bool filters = facts_.filters_volume, several = facts_.options.several_sets, counts = filters || several,
+                   mirrors = !program.mirrors.empty();
         const std::string volume_of = filters ? "rates[params.capacity + i]" : "load_volume(i)",
                           record = "volume_record(rates[i], " + volume_of + ")",
                           average = filters ? "bitcast<f32>(atomicLoad(&rate_sums[4u * " + node_in_grid() + " + 2u]))"
                                             : "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
         const Names names{
             {"IDLE", idle()},
-            {"COUNT_WORD", filters ? "18" : "6"},
+            {"COUNT_WORD", counts ? "18" : "6"},
+            {"COUNT_RATE", counts ? indented(2) + "atomicAdd(&rate_sums[4u * node_index(first) + 1u], 1);" : ""},
             {"SCATTER", scatter({.name = "scatter_rate", .target = in_nodes("rate_sums", "node"), .record = record})},
             {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
             {"EVERY", std::to_string(facts_.filters_every)},
             {"GATHER", gather([&](int) { return "vec" + support() + "<f32>"; }, [](int) { return "sum_average"; },
                               average, false)}};
-        std::string text = filled(text::volume_average, names) + (mirrors ? filled(text::convert_rates, names) : "");
+        std::string text = filled(text::volume_average, names) + (several ? filled(text::clear_rates, names) : "") +
+                           (counts ? filled(text::rate_counts, names) : "") +
+                           (mirrors ? filled(text::convert_rates, names) : "");
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
             const auto act = [](const std::string&, const std::string& place) {
                 return "fold_rates(line, " + place + ");";

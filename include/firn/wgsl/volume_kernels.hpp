@@ -83,6 +83,31 @@ fn fold_rates(line: Line, on: i32, inward: i32) {
 }
 )";
 
+/// WGSL text of the entry point clear_rates, which runs before the sums of each of several sets of particles.
+inline constexpr const char* clear_rates = R"(
+@compute @workgroup_size(${GROUP})
+fn clear_rates(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i >= node_count() || ${IDLE}) { return; }
+    for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }
+    if (i == 0u) { atomicStore(&status[18], 0u); }
+}
+)";
+
+/// WGSL text of the entry point measure_rate_counts, which finds the largest number of particles with one base node, of
+/// those that take part in the sums.
+inline constexpr const char* rate_counts = R"(
+@compute @workgroup_size(${GROUP})
+fn measure_rate_counts(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i < node_count() && !${IDLE}) {
+        atomicMax(&largest_rates[0], bitcast<u32>(f32(atomicLoad(&rate_sums[4u * i + 1u]))));
+    }
+    workgroupBarrier();
+    if (local == 0u) { atomicMax(&status[18], atomicLoad(&largest_rates[0])); }
+}
+)";
+
 /// WGSL text of the entry points for the average of the rates of volume change: measure_rates, and average_rates, which
 /// puts the average of each node in place of its mass. \see FBar
 inline constexpr const char* rates = R"(
@@ -93,9 +118,10 @@ fn measure_rates(${INVOCATION}) {
         let place = load_place(i);
         let base = base_node_of(place);
         let fraction = place - base;
-        let rate = rate_of(take_from_grid(gather(nodes_from(base + load_corner(i)), fraction), fraction));
+        let first = nodes_from(base + load_corner(i));
+        let rate = rate_of(take_from_grid(gather(first, fraction), fraction));
         rates[i] = rate;
-        measure_record(volume_record(rate, load_volume(i)));
+        measure_record(volume_record(rate, load_volume(i)));${COUNT_RATE}
     }
     workgroupBarrier();
     if (local < 2u) { atomicMax(&status[12u + local], atomicLoad(&largest_rates[local])); }
@@ -135,16 +161,6 @@ fn measure_volumes(${INVOCATION}) {
     }
     workgroupBarrier();
     if (local < 2u) { atomicMax(&status[12u + local], atomicLoad(&largest_rates[local])); }
-}
-
-@compute @workgroup_size(${GROUP})
-fn count_volumes(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i < node_count() && !filter_rests()) {
-        atomicMax(&largest_rates[0], bitcast<u32>(f32(atomicLoad(&rate_sums[4u * i + 1u]))));
-    }
-    workgroupBarrier();
-    if (local == 0u) { atomicMax(&status[18], atomicLoad(&largest_rates[0])); }
 }
 
 @compute @workgroup_size(${GROUP})

@@ -359,7 +359,7 @@ TEST_CASE("A filter of volume ratios has passes before P2G, which average twice;
     const wgsl::Program p = make({.every = 5});
     const std::vector<std::string> average{"choose_rate_scale", "scatter_rates", "convert_rates", "fold_rates_0",
                                            "average_volumes"};
-    std::vector<std::string> expected{"begin_step", "clear", "sort", "measure_volumes", "count_volumes"};
+    std::vector<std::string> expected{"begin_step", "clear", "sort", "measure_volumes", "measure_rate_counts"};
     expected.insert(expected.end(), average.begin(), average.end());
     expected.push_back("measure_averages");
     expected.insert(expected.end(), average.begin(), average.end());
