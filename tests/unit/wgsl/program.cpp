@@ -443,6 +443,47 @@ TEST_CASE("A transfer that blends velocities has eight numbers for a node; other
     CHECK_FALSE(has(body_of(p, "mirrored_before_0"), "0.375f * select(pushed"));
 }
 
+TEST_CASE("A program for periodic axes has a sparse grid, and the periods as uniforms") {
+    const auto make = [](const wgsl::ProgramOptions& options) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, NoBoundary{},
+                                                                       Gravity<float, 2>{}, options);
+    };
+    CHECK_THROWS_AS(make({.periodic = true}), usage_error);
+    const wgsl::Program p = make({.grid = wgsl::GridStorage::sparse, .periodic = true});
+    Domain<2> ring;
+    ring.cell_size = 1.0 / 32;
+    ring.periodic = {false, true};
+    Particles<float, 2, material_state_t<FixedCorotated<float>, 2>> particles(ring);
+    const wgsl::Inputs inputs = wgsl::make_inputs<2>(p, ring, particles, 1e-4);
+    const auto value = [&](const char* name) {
+        for (std::size_t k = 0; k < p.uniforms.size(); ++k)
+            if (p.uniforms[k].name == name) return inputs.uniform(k);
+        return std::vector<double>{};
+    };
+    CHECK(value("period") == std::vector<double>{0, 32});
+    CHECK(value("lowest") == std::vector<double>{0, -32});
+    CHECK(value("highest") == std::vector<double>{32, 64});
+    CHECK_THROWS_AS(wgsl::make_inputs<2>(make({.grid = wgsl::GridStorage::sparse}), ring, particles, 1e-4),
+                    parameter_error);
+}
+
+TEST_CASE("Programs of several sets count the particles of their own set for averages of volumes") {
+    const auto order = [](const auto& material, const auto& volume, bool several) {
+        return wgsl::step_order_of(wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
+            material, NoBoundary{}, Gravity<float, 2>{}, volume, {.several_sets = several}));
+    };
+    const FixedCorotated<float> jelly;
+    const auto count = [](const std::vector<std::string>& names, const char* name) {
+        return std::ranges::count(names, name);
+    };
+    CHECK(count(order(jelly, FBar{}, true), "clear_rates") == 1);
+    CHECK(count(order(jelly, FBar{}, true), "measure_rate_counts") == 1);
+    CHECK(count(order(jelly, FBar{}, false), "clear_rates") == 0);
+    CHECK(count(order(jelly, FBar{}, false), "measure_rate_counts") == 0);
+    CHECK(count(order(jelly, VolumeFilter{}, true), "clear_rates") == 1);
+    CHECK_THROWS_AS(order(Fluid<float>{}, VolumeFilter{}, true), usage_error);
+}
+
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
     const Damped<float, 2, Attraction> damped{{.gravity = {0, -3}}, 0.5F};
     const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
