@@ -28,8 +28,9 @@
 //! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and
 //!   colliders that move, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU:
 //!   a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
-//!   Loads, forces between particles, reactions, and passes of your own are refused in a sentence. The state of one of
-//!   several materials is `gpu.state_of_set<firn::Snow<float>>()`.
+//!   Loads are those of a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles,
+//!   reactions, and passes of your own are refused in a sentence. The state of one of several materials is
+//!   `gpu.state_of_set<firn::Snow<float>>()`.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
 //!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
 //!   shifting. Particles that do not fit into one buffer are kept in several.

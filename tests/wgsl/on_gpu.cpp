@@ -197,6 +197,41 @@ void periodic_domains() {
     compare("water goes round a domain without ends", bounded(std::move(everywhere)), 240);
 }
 
+/// Loads that are the same on all particles of a body push them in float, on the CPU, too.
+void loads() {
+    const auto pushed = [] {
+        auto simulation = thrown({1, 0});
+        simulation.execution.float_steps = true;
+        const Body later = simulation.add(sample_box<2>({0.1, 0.6}, {0.2, 0.8}, {.spacing = 1.0 / 70}), 1300);
+        simulation.add_load(simulation.bodies()[0],
+                            UniformForce<2>([](double time) { return Vec<double, 2>{3 * std::sin(300 * time), 2}; }));
+        simulation.add_load(later, UniformForce<2>([](double) { return Vec<double, 2>{5, 1.7}; }));
+        simulation.add_load(simulation.bodies()[0],
+                            UniformForce<2>([](double time) { return Vec<double, 2>{0, time < 0.01 ? 4.0 : -7.0}; }));
+        return simulation;
+    };
+    compare("loads", pushed(), 60);
+    compare("loads, in steps at their bound", bounded(pushed()), 30);
+    compare(
+        "loads, in several chunks, as on hardware", pushed(), 20, 1,
+        webgpu::Device(
+            {.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true, .at_most = {24 << 10, 24 << 10, 64, 8}}));
+    auto cpu = pushed();
+    auto gpu = webgpu::on_gpu(cpu);
+    const auto step = [](auto& simulation) {
+        for (int k = 0; k < 10; ++k) simulation.step();
+    };
+    step(cpu), step(gpu);
+    gpu.edit().remove_load({0, 1}), cpu.remove_load({0, 1});
+    step(cpu), step(gpu);
+    check_same_run("loads, one of which is removed: ", cpu, gpu);
+    step(gpu.edit()), step(cpu);
+    check_same_run("loads, then on the CPU: ", cpu, gpu);
+    cpu.execution.float_steps = false;
+    check_throws<parameter_error>("loads in double", {"loads in float", "execution.float_steps"},
+                                  [&] { webgpu::on_gpu(cpu); });
+}
+
 /// A jet whose water lives for a while, over a pool; or into an empty domain, from some time on.
 void sources(const webgpu::Device& device) {
     const auto pouring = [](bool into_pool, double start) {
@@ -413,6 +448,9 @@ void volumes_of_two_materials() {
                            policies...);
         cpu.template set<Water>().add(sample_box<2>({0.32, 0.32}, {0.4, 0.4}, {.spacing = 1.0 / 240}), 1000, {9, -3});
         cpu.template set<Jelly>().add(sample_box<2>({0.41, 0.32}, {0.48, 0.4}, {.spacing = 1.0 / 200}), 2000, {-9, 5});
+        cpu.execution.float_steps = true;
+        cpu.template set<Jelly>().add_load(cpu.template set<Jelly>().bodies()[0],
+                                           UniformForce<2>([](double) { return Vec<double, 2>{-1, 2}; }));
         auto gpu = webgpu::on_gpu(cpu, device);
         const bool mirrored = boundary.nodes_behind == NodesBehind::mirrored;
         const std::string name = of + (mirrored ? ", mirrored: " : ": ");
@@ -497,7 +535,7 @@ void what_is_refused() {
     constexpr std::type_identity<parameter_error> parameter;
     refused(usage, "a pass of the program", {"the pass 'probe'", "CPU"},
             [](auto& simulation) { simulation.add_pass("probe", "p2g", [](auto&, const auto&) {}); });
-    refused(usage, "a load", {"loads"}, [](auto& simulation) {
+    refused(usage, "a load that depends on the position", {"loads", "UniformForce"}, [](auto& simulation) {
         simulation.add_load(simulation.bodies()[0], [](const Vec<double, 2>&, double) { return Vec<double, 2>{1, 0}; });
     });
     refused(usage, "reactions", {"reactions"}, [](auto& simulation) { simulation.reactions.emplace(); });
@@ -539,6 +577,7 @@ int main() {
         sources(webgpu::Device());
         sparse_grids();
         periodic_domains();
+        loads();
         times_of_passes();
         as_on_hardware();
         small_limits();

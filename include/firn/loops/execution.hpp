@@ -50,7 +50,7 @@ struct FixedPoint {
     std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
         mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
     /// Whether time steps at their bound are chosen in float, as a WGSL program on a GPU chooses them. Set it for a run
-    /// that shall have the bits of a GPU. A fixed time step is not affected.
+    /// that shall have the bits of a GPU. A fixed time step is not affected. Loads push particles in float, then, too.
     bool float_steps = false;
 };
 /// Execution of P2G with sums in integers, without atomics: threads work on blocks of one colour at a time.

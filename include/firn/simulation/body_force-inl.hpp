@@ -48,8 +48,8 @@ double BodyForces<S, D>::largest_acceleration(const ParticleStore<S, D>& particl
 }
 
 template <std::floating_point S, int D>
-void BodyForces<S, D>::push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
-                            const SumsOfSet<D>&) {
+void BodyForces<S, D>::push(ParticleStore<S, D>& particles, const Moment& now, double dt, bool /* in_float */,
+                            int threads, const SumsOfSet<D>&) {
     if (!is_read_) read(particles, threads);
     for (BodyForce<S, D>& force : forces_) {
         add_up(force, now.time, threads);

@@ -131,7 +131,8 @@ public:
 
     /// Applies the forces one after the other, in the order in which they were added. Each force acts on velocities
     /// that the previous forces have already changed.
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads, const SumsOfSet<D>&) override;
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, bool in_float, int threads,
+              const SumsOfSet<D>&) override;
 
 private:
     /// Computes the forces on the points of a body force.

@@ -48,7 +48,7 @@ double Loads<S, D>::largest_acceleration(const ParticleStore<S, D>& particles, d
 }
 
 template <std::floating_point S, int D>
-void Loads<S, D>::push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
+void Loads<S, D>::push(ParticleStore<S, D>& particles, const Moment& now, double dt, bool in_float, int threads,
                        const SumsOfSet<D>& sums) {
     for (std::size_t k = 0; k < loads_.size(); ++k) {
         LowestId wrong;
@@ -58,7 +58,9 @@ void Loads<S, D>::push(ParticleStore<S, D>& particles, const Moment& now, double
                 const Vec<double, D> force =
                     are_known_ ? known_[slot] : loads_[k].force(particles.exact_position(slot), now.time);
                 const Vec<S, D> before = particles.velocity(slot);
-                const Vec<S, D> after = before + cast<S>(force * (dt / double(particles.mass(slot))));
+                const S mass = particles.mass(slot);
+                const Vec<S, D> after = before + (in_float ? pushed_by(cast<S>(force), S(dt), mass)
+                                                           : cast<S>(pushed_by(force, dt, double(mass))));
                 particles.set_velocity(slot, after);
                 if (!is_finite(after)) wrong.see(particles.id(slot));
                 seen(slot, before, after, thread);

@@ -4,6 +4,7 @@
 #include <firn/core/parallel.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/push.hpp>
+#include <firn/stage/push.hpp>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +22,22 @@ struct Load {
     Body body;  ///< The body on whose particles the force acts.
     /// A function that returns the force [N] on one particle, for its position [m] and the time [s].
     std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;
+};
+
+/// A force for add_load() that is the same on every particle of the body, which a GPU can apply:
+///
+///     simulation.add_load(body, firn::UniformForce<3>([](double time) { return firn::Vec<double, 3>{0, 0, 5 * time};
+///     }));
+template <int D>
+class UniformForce {
+public:
+    /// Makes it from a function. \param force  force(time [s]) returns the force on one particle [N]
+    explicit UniformForce(std::function<Vec<double, D>(double time)> force) : force_(std::move(force)) {}
+    /// Returns the force on one particle [N] at a time [s], wherever it is.
+    Vec<double, D> operator()(const Vec<double, D>&, double time) const { return force_(time); }
+
+private:
+    std::function<Vec<double, D>(double)> force_;
 };
 
 namespace detail {
@@ -50,7 +67,7 @@ public:
     double largest_acceleration(const ParticleStore<S, D>& particles, double time, int threads) override;
     void forget() override { are_known_ = false; }
 
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, bool in_float, int threads,
               const SumsOfSet<D>& sums) override;
 
 private:

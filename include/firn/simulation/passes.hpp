@@ -96,7 +96,9 @@ private:
     static void sort(Simulation& of, Now& now) {
         if (of.sort_if_due(now.ranks, now.threads)) of.activate();
     }
-    static void push(Simulation& of, Now& now) { of.push(now.dt, now.ranks, now.threads); }
+    static void push(Simulation& of, Now& now) {
+        of.push(now.dt, requested_float_steps(of.execution), now.ranks, now.threads);
+    }
     static void filter_volumes(Simulation& of, Now& now) {
         of.volume.check();
         if (!of.volume.is_due(of.steps())) return;

@@ -92,10 +92,11 @@ public:
     virtual void forget() {}
     /// Changes the velocities of the particles by the impulses of the loads or forces over a step of dt [s]. P2G then
     /// transfers the velocities to the nodes.
-    /// \param sums  receives what loads exert on the particles
+    /// \param in_float  whether loads are rounded to float as on a GPU. \see FixedPoint::float_steps
+    /// \param sums      receives what loads exert on the particles
     /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
     ///                         particle
-    virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads,
+    virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, bool in_float, int threads,
                       const SumsOfSet<D>& sums) = 0;
 };
 

@@ -109,10 +109,10 @@ bool RunOf<S, D>::sort_if_due(const Ranks& ranks, int threads) {
 }
 
 template <std::floating_point S, int D>
-void RunOf<S, D>::push(double dt, const Ranks& ranks, int threads) {
+void RunOf<S, D>::push(double dt, bool in_float, const Ranks& ranks, int threads) {
     detail::LoadSums<D> of_loads;
     for (std::size_t k = 0; k < sets_.size(); ++k)
-        sets_[k].push(now_, dt, threads,
+        sets_[k].push(now_, dt, in_float, threads,
                       {std::uint32_t(k), reactions ? reactions->about : std::nullopt, reactions ? &of_loads : nullptr});
     if (reactions) of_loads.tell(*reactions, ranks);
 }

@@ -98,7 +98,7 @@ protected:
     /// Begins a step: sorts sets if it is due. \return whether the grid must be activated
     bool sort_if_due(const Ranks& ranks, int threads);
     /// Lets loads and forces between particles push the particles.
-    void push(double dt, const Ranks& ranks, int threads);
+    void push(double dt, bool in_float, const Ranks& ranks, int threads);
     /// Marks all sets: until a step has ended, their particles cannot be used.
     void spoil();
     /// Activates the blocks of the grid around the sorted particles.

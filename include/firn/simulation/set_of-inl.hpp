@@ -197,15 +197,15 @@ double SetOf<S, D>::next_burst() const {
 }
 
 template <std::floating_point S, int D>
-void SetOf<S, D>::push(const Moment& now, double dt, int threads, const detail::SumsOfSet<D>& sums) {
+void SetOf<S, D>::push(const Moment& now, double dt, bool in_float, int threads, const detail::SumsOfSet<D>& sums) {
     ParticleStore<S, D>& particles = store();
     places_before.resize(sinks.empty() ? 0 : particles.used_slots());
     for (std::size_t slot = 0; slot < places_before.size(); ++slot) places_before[slot] = particles.place(slot);
     if (!loads && !forces) return;
     readiness.spoil();  // the particles cannot be used until the step has ended
-    if (loads) loads->push(particles, now, dt, threads, sums);
+    if (loads) loads->push(particles, now, dt, in_float, threads, sums);
     if (loads && forces) forces->forget();
-    if (forces) forces->push(particles, now, dt, threads, sums);
+    if (forces) forces->push(particles, now, dt, in_float, threads, sums);
 }
 
 template <std::floating_point S, int D>

@@ -173,7 +173,7 @@ public:
     /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
     ///                         particle
     /// \param sums  receives what loads exert on the particles
-    void push(const Moment& now, double dt, int threads, const detail::SumsOfSet<D>& sums);
+    void push(const Moment& now, double dt, bool in_float, int threads, const detail::SumsOfSet<D>& sums);
     /// Lets loads and forces forget what they know of the particles, as these have moved to other slots.
     void forget_pushes();
 

@@ -150,18 +150,25 @@ private:
             throw usage_error("A GPU cannot do " + what + ": take the steps on the CPU.");
         };
         for (const auto& pass : simulation_.passes()) {
-            constexpr std::string_view on_cpu[] = {"push", "restore masses", "end g2p", "sinks and sources"};
+            constexpr std::string_view on_cpu[] = {"restore masses", "end g2p", "sinks and sources"};
             const auto is_it = [&](std::string_view name) { return name == pass.name; };
             if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
                 refuse("the pass '" + pass.name + "' of this simulation");
         }
-        for (const auto& set : simulation_.sets())
-            if (set.loads || set.forces) refuse("loads, or forces between particles");
+        bool has_loads = false;
+        for (const auto& set : simulation_.sets()) {
+            if (set.forces) refuse("forces between particles");
+            for (const Load<D>& load : detail::loads_of(set.loads)) {
+                has_loads = true;
+                if (!load.force.template target<UniformForce<D>>())
+                    refuse("loads that may depend on the position (give a UniformForce)");
+            }
+        }
         if (simulation_.reactions) refuse("reactions of the boundary");
-        if (!(simulation_.fixed_time_step > 0) && !simulation_.execution.float_steps)
+        if ((has_loads || !(simulation_.fixed_time_step > 0)) && !simulation_.execution.float_steps)
             throw parameter_error(
-                "A GPU chooses time steps in float: set execution.float_steps, so that the CPU does so, too, or "
-                "fixed_time_step.");
+                "A GPU chooses time steps in float, and adds loads in float: set execution.float_steps, so that the "
+                "CPU does so, too; or, without loads, fixed_time_step.");
     }
 
     /// Takes the simulation to the device.
@@ -183,6 +190,7 @@ private:
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
                                         .sinks = int(set.sinks.size()),
+                                        .loads = int(detail::loads_of(set.loads).size()),
                                         .several_sets = Simulation::material_count > 1,
                                         .periodic = is_periodic(simulation_.domain()),
                                         .arithmetic = device_.arithmetic()};
@@ -194,11 +202,12 @@ private:
                     simulation_.volume, options(set), simulation_.transfer);
             upload(set, k);
         });
-        order_step();
+        step_ = detail::step_of_sets(sets_, device_.sums_by_block());
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);
         grid().begin(simulation_.steps(), reports);
         boundary_.clear();
+        forces_.clear();
         boundary_seen_ = simulation_.boundary;
         moments_.clear();
         time_step_ = 0;
@@ -207,34 +216,6 @@ private:
         is_fresh_ = true;
     }
 
-    /// Puts the entry points of a step in order.
-    void order_step() {
-        const wgsl::Program& program = sets_[0].program;
-        const auto add = [&](const std::vector<std::string>& names, std::size_t first, std::size_t last) {
-            for (const std::string& name : names)
-                if (!wgsl::has_own_buffers(program, name))
-                    step_.emplace_back(&grid(), name);
-                else
-                    for (std::size_t k = first; k < last; ++k)
-                        for (const detail::Chunk& chunk : sets_[k].chunks) step_.emplace_back(chunk.host.get(), name);
-        };
-        std::vector<std::string> by_set;
-        const auto add_by_set = [&] {
-            for (std::size_t k = 0; k < sets_.size(); ++k) add(by_set, k, k + 1);
-            by_set.clear();
-        };
-        step_.clear();
-        for (const std::string& pass : wgsl::passes_of_programs) {
-            const std::vector<std::string> names = wgsl::entry_points_of(program, pass, device_.sums_by_block());
-            if (wgsl::runs_by_set(program, pass)) {
-                by_set.insert(by_set.end(), names.begin(), names.end());
-            } else {
-                add_by_set();
-                add(names, 0, sets_.size());
-            }
-        }
-        add_by_set();
-    }
     /// Returns whether a dense grid does not fit, or has more than twice as many blocks as particles need.
     bool has_many_empty_blocks() const {
         double blocks = 1;
@@ -280,9 +261,10 @@ private:
         simulation_.check_time_step(dt, simulation_.ranks(), simulation_.workers());
         // Where the device has stopped, its reports would no longer tell whether a particle has left its block.
         if (simulation_.is_sort_due_by_count()) check();
-        if (dt != time_step_ || has_moved() || simulation_.is_sort_due_by_count()) {
+        if (dt != time_step_ || has_moved() || forces_of_loads() != forces_ || simulation_.is_sort_due_by_count()) {
             submit();
             set_boundary();
+            set_forces();
             grid().set("time_step", {time_step_ = dt});
             sort_if_due();
         }
@@ -308,8 +290,9 @@ private:
         bool has_paused = false;
         for (float dt = 0; !advance->arrived() && simulation_.steps() != last_step;) {
             set_boundary();
+            set_forces();
             sort_if_due();
-            const bool by_cpu = has_paused || is_fresh_;
+            const bool by_cpu = has_paused || is_fresh_ || !forces_.empty();
             const double left_then = advance->status().time_left - (next_event() - simulation_.time());
             const float least = by_cpu || !(left_then > 0) ? 0 : float(left_then * (1 + 1e-6));
             advance->take_until(least);
@@ -340,7 +323,7 @@ private:
         const std::uint64_t steps = simulation_.steps(), between_sorts = simulation_.most_steps_between_sorts;
         std::uint64_t most = std::min(last_step - steps, std::uint64_t(wanted));
         if (between_sorts > 0) most = std::min(most, between_sorts - steps % between_sorts);
-        return moves() ? 1 : int(most);
+        return moves() || !forces_.empty() ? 1 : int(most);
     }
 
     /// Returns the time of the next burst of a source or end of a body [s]; infinite if there is none.
@@ -389,6 +372,18 @@ private:
         grid().set_parameters(simulation_.boundary, "boundary");
         grid().set("boundary_speed",
                    {firn::detail::speed_of_boundary<float>(simulation_.boundary, simulation_.domain())});
+    }
+    /// Returns the forces of all loads at the present time [N].
+    std::vector<Vec<double, D>> forces_of_loads() const {
+        return detail::forces_of_loads(simulation_.sets(), simulation_.time());
+    }
+    /// Gives the forces of loads to the device.
+    void set_forces() {
+        std::vector<Vec<double, D>> present = forces_of_loads();
+        if (present == forces_) return;
+        forces_ = std::move(present);
+        auto next = forces_.begin();
+        for (const detail::SetOnDevice<D>& set : sets_) set.set_forces(next);
     }
     /// Moves time and boundary on by a step that the device takes.
     void move_on(double dt) {
@@ -529,6 +524,7 @@ private:
             sets_[k].bring_back(set.store());
             set.partition = detail::partition_as_counted(simulation_.kernel(), set.store(), threads);
             set.store().reorder(set.partition, threads);
+            set.forget_pushes();
         }
         simulation_.activate();
         is_ahead_ = false;
@@ -539,6 +535,7 @@ private:
     std::vector<detail::SetOnDevice<D>> sets_;  // the first one has the buffers of the grid
     Host::Sequence step_;                       // the entry points of a step
     std::vector<double> boundary_;              // the parameters of the boundary that the device has
+    std::vector<Vec<double, D>> forces_;        // the forces of loads that the device has [N]
     bool is_sparse_ = true;                     // whether the device has only the blocks of nodes that particles reach
     std::size_t blocks_ = 0;                    // for which it has memory then
     double time_step_ = 0;                      // that the device has; 0: not known
@@ -556,7 +553,8 @@ private:
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
 /// Simulations may have up to eight materials, any transfer but FMPM, any kernel, force form and boundary (with
-/// colliders that move), FBar and VolumeFilter (its particle shifting with one material). Sources, sinks and lifespans
+/// colliders that move), FBar and VolumeFilter (its particle shifting with one material), and loads of a UniformForce,
+/// which then are added in float: see FixedPoint::float_steps. Sources, sinks and lifespans
 /// of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the particles come
 /// there and back. Their sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see
 /// FixedPoint::float_steps. What a GPU cannot do is refused in a sentence.

@@ -3,6 +3,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/simulation/load.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/webgpu/host.hpp>
 
@@ -37,6 +38,22 @@ struct Chunk {
     std::vector<std::uint32_t> ids{};  // of the particles, in their order on the device
 };
 
+/// Returns the loads of a set.
+template <int D>
+std::vector<Load<D>> loads_of(const firn::detail::MaybePush<float, D>& loads) {
+    if (!loads) return {};
+    return static_cast<const firn::detail::Loads<float, D>&>(*loads.operator->()).all();
+}
+
+/// Returns the forces of the loads of all sets at a time [s], on each particle of their bodies [N]. \see UniformForce
+template <int D>
+std::vector<Vec<double, D>> forces_of_loads(const SetList<float, D>& sets, double time) {
+    std::vector<Vec<double, D>> all;
+    for (const auto& set : sets)
+        for (const Load<D>& load : loads_of(set.loads)) all.push_back(load.force(Vec<double, D>::zero(), time));
+    return all;
+}
+
 /// A set of particles on a device: its program, and its particles in chunks.
 template <int D>
 struct SetOnDevice {
@@ -53,6 +70,7 @@ struct SetOnDevice {
         const std::size_t all = set.particles.size(), most = wgsl::most_particles(program, device.limits());
         const std::size_t count = std::max<std::size_t>(1, (all + most - 1) / most), each = (all + count - 1) / count;
         chunks.resize(count);
+        const std::vector<Load<D>> loads = loads_of(set.loads);
         for (std::size_t c = 0; c < count; ++c) {
             const wgsl::Share share{c * each, each};
             wgsl::Inputs inputs =
@@ -64,6 +82,9 @@ struct SetOnDevice {
             chunk.ids.clear();
             for (const std::size_t slot : wgsl::detail::slots_of<D>(set.particles, share))
                 chunk.ids.push_back(set.particles.id(slot));
+            if (!loads.empty())
+                wgsl::set_loads(inputs, int(loads.size()), chunk.ids,
+                                [&](std::size_t k, std::uint32_t id) { return loads[k].body.holds(id); });
             const Host* const of_grid = grid || c == 0 ? grid : chunks[0].host.get();
             if (chunk.host && chunk.host->is_for(program, inputs, of_grid)) {
                 chunk.host->take(inputs);
@@ -72,6 +93,13 @@ struct SetOnDevice {
             chunk.host.reset();  // before its successor needs memory
             chunk.host = std::make_unique<Host>(device, program, inputs, of_grid);
         }
+    }
+
+    /// Gives the forces of the loads of this set to the device. Moves `next` on, to the force of the next set.
+    template <class Forces>
+    void set_forces(Forces& next) const {
+        for (int k = 0; k < program.options.loads; ++k, ++next)
+            for (const Chunk& chunk : chunks) chunk.host->set(sentence("load_", k), {next->v, next->v + D});
     }
 
     /// Returns the chunk that has particle i of the set. Makes i the index in this chunk.
@@ -115,5 +143,37 @@ private:
         }
     }
 };
+
+/// Returns the entry points of a step of several sets of particles on one grid, in their order.
+/// \param sums_by_block  whether P2G sums up in workgroup memory. \see wgsl::entry_points_of
+template <int D>
+Host::Sequence step_of_sets(const std::vector<SetOnDevice<D>>& sets, bool sums_by_block) {
+    Host::Sequence step;
+    const auto add = [&](const std::string& pass, std::size_t first, std::size_t last) {
+        const wgsl::Program& program = sets[first].program;
+        for (const std::string& name : wgsl::entry_points_of(program, pass, sums_by_block))
+            if (!wgsl::has_own_buffers(program, name))
+                step.emplace_back(sets[0].chunks[0].host.get(), name);
+            else
+                for (std::size_t k = first; k < last; ++k)
+                    for (const Chunk& chunk : sets[k].chunks) step.emplace_back(chunk.host.get(), name);
+    };
+    std::vector<std::string> by_set;
+    const auto add_by_set = [&] {
+        for (std::size_t k = 0; k < sets.size(); ++k)
+            for (const std::string& pass : by_set) add(pass, k, k + 1);
+        by_set.clear();
+    };
+    for (const std::string& pass : wgsl::passes_of_programs) {
+        if (wgsl::runs_by_set(sets[0].program, pass)) {
+            by_set.push_back(pass);
+            continue;
+        }
+        add_by_set();
+        add(pass, 0, sets.size());
+    }
+    add_by_set();
+    return step;
+}
 
 }  // namespace firn::inline FIRN_BUILD::webgpu::detail

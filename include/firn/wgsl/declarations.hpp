@@ -68,7 +68,7 @@ inline std::string declarations(const Program& program) {
         text += "\n";
     };
     for (const Buffer& b : program.buffers) {
-        const bool is_read_only = b.binding == constants || b.binding == coordinates;
+        const bool is_read_only = b.binding == constants || b.binding == coordinates || b.binding == loads;
         const bool is_atomic = b.binding == status || b.binding == counts || b.binding == rate_sums;
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
@@ -123,6 +123,7 @@ std::string particle_accessors(const Program& program, const FieldTable& table, 
             text += field_accessors<D>(FieldShape::vector, place_before, buffer.name, true, first);
     }
     return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +
+           (program.options.loads > 0 ? accessors<recorded>("loads", "loads", false, 0, [](int k) { return k; }) : "") +
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
            "load_velocity(i), " +
            (affine_fields ? "load_affine_velocity(i)" : no_matrix(D)) + ", load_kirchhoff_stress(i));\n}\n";

@@ -279,6 +279,15 @@ void add_g2p(Module& module, const Transfer& transfer, bool periodic) {
                              });
 }
 
+/// Adds the function pushed_by, which returns what a load does. \see stage/push.hpp
+template <int D>
+void add_push(Module& module) {
+    using R = recorded;
+    module.function<Vec<R, D>, R>(
+        "pushed_by", "firn/stage/push.hpp", {"force", "mass"},
+        [](const Vec<R, D>& force, const R& mass) { return firn::pushed_by(force, detail::time_step(), mass); });
+}
+
 /// Adds the functions of a transfer that blends velocities: record_before_forces (what a particle gives to the nodes
 /// before forces act), velocity_before_forces (of a node, after that), sum_velocities (a sum over the nodes along an
 /// axis) and blended (the velocities of a particle after the step). \see blends_velocities

@@ -271,7 +271,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
 
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
-        if (buffer.per != "particle" || buffer.binding == detail::rates) continue;
+        if (buffer.per != "particle" || buffer.binding == detail::rates || buffer.binding == detail::loads) continue;
         std::vector<float> numbers;
         numbers.reserve(count * std::size_t(buffer.count));
         detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {
@@ -303,6 +303,18 @@ void set_sinks(Inputs& inputs, const Domain<D>& domain, const Sinks& sinks) {
         inputs.set(sentence("sink_", k, "_lower"), lower);
         inputs.set(sentence("sink_", k, "_upper"), upper);
     }
+}
+
+/// Sets which loads act on each particle of a program.
+/// \param ids   the id of each particle, in the program's order
+/// \param acts  acts(k, id) returns whether load k acts on a particle
+template <class F>
+void set_loads(Inputs& inputs, int loads, const std::vector<std::uint32_t>& ids, const F& acts) {
+    std::vector<float> acting(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        for (int k = 0; k < loads; ++k)
+            if (acts(std::size_t(k), ids[i])) acting[i] += float(1u << k);
+    inputs.buffers.emplace_back("loads", std::move(acting));
 }
 
 /// Copies the numbers of a buffer of a program back into particles on the CPU.

@@ -82,6 +82,9 @@ struct ProgramOptions {
     /// one, no step is taken: the host removes the particle, and clears the status. The component "place_before" of a
     /// particle is its place before the step.
     int sinks = 0;
+    /// Number of loads, whose forces are uniforms. The component "loads" of a particle says which of them act on it:
+    /// the sum of 2^k over the numbers k of these loads.
+    int loads = 0;
     /// Whether its set of particles is one of several on one grid, which matters to FBar and VolumeFilter.
     bool several_sets = false;
     bool periodic = false;                      ///< whether axes of the domain may be periodic; needs a sparse grid
@@ -224,7 +227,8 @@ enum Binding {
     bins,
     rates,
     rate_sums,
-    block_table
+    block_table,
+    loads
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -274,6 +278,8 @@ inline int bin_words(int dimension) { return (1 << (2 * dimension)) + 2; }
 inline constexpr const char* place_before = "place_before";
 /// The word of the buffer "status" that tells whether a particle may have met a sink in the last step.
 inline constexpr int sink_word = 26;
+/// The largest number of loads on a set of particles: sums of so many powers of two are exact in float.
+inline constexpr int most_loads = 24;
 /// The words of the buffer "status" that have the time left in two f32, and the number of steps taken.
 /// @{
 inline constexpr int time_left_word = 21, steps_word = 23;
@@ -310,6 +316,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("bins", "u32", bins, "particle_and_bin", 1);
+    if (facts.options.loads > 0) add("loads", "f32", loads, "particle", 1, {{"loads", 1, "1"}});
     if (facts.sparse) add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
@@ -368,7 +375,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const std::string& name, const std::string& per, int size, Bindings bindings) {
         bindings.emplace_back(params, false);
-        const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort") ||
+        const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort" && name != "push") ||
                                  per == "block_workgroup" || name == "grid_update";
         if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
@@ -396,6 +403,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("begin_step", "one_workgroup", 1, {{status, true}});
     add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
     add("sort", "particle", size, {{motion, true}, {status, true}});
+    if (facts.options.loads > 0)
+        add("push", "particle", size, {{motion, true}, {constants, false}, {status, true}, {loads, false}});
     add("measure", "particle", size, with(particle, {{counts, true}}));
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});

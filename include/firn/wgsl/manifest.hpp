@@ -62,8 +62,8 @@ inline std::vector<std::string> filtering_of(const Program& program) {
 }  // namespace detail
 
 /// The passes of a simulation's step that programs do, in their order. \see entry_points_of
-inline const std::vector<std::string> passes_of_programs{"sort",        "filter volumes",  "p2g",
-                                                         "grid update", "average volumes", "g2p"};
+inline const std::vector<std::string> passes_of_programs{
+    "sort", "push", "filter volumes", "p2g", "grid update", "average volumes", "g2p"};
 
 /// Returns the names of the entry points that do the work of a pass of a simulation (see RunOf::passes), in the order
 /// to run them; none if the program has no such pass.
@@ -89,16 +89,17 @@ inline std::vector<std::string> entry_points_of(const Program& program, std::str
         const std::vector<std::string> average = detail::averaging_of(program);
         points.insert(points.end(), average.begin(), average.end());
         points.push_back("average_rates");
-    } else if (pass == "g2p") {
-        points = {"g2p"};
+    } else if (pass == "g2p" || (pass == "push" && program.has("push"))) {
+        points = {std::string(pass)};
     }
     return points;
 }
 
-/// Returns whether the entry points of a pass run for one set of particles after the other, each set's together with
-/// those of the next such pass.
+/// Returns whether the entry points of a pass run for one set of particles after the other. Of several such passes on
+/// end, all run for one set, then all for the next.
 inline bool runs_by_set(const Program& program, std::string_view pass) {
-    return pass == "filter volumes" || pass == "average volumes" || (pass == "g2p" && program.has("average_rates"));
+    return pass == "push" || pass == "filter volumes" || pass == "average volumes" ||
+           (pass == "g2p" && program.has("average_rates"));
 }
 
 /// Returns the names of the entry points of one step of a program, in the order to run them: those of all passes.

@@ -131,6 +131,7 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     add_kernel<Kernel, D>(module, facts.sum_gradients || facts.shifts_particles);
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
+    if (program.options.loads > 0) add_push<D>(module);
     add_grid_update<D>(module, boundary, field);
     if constexpr (has_mirrors<Boundary>) {
         std::vector<MirrorPlane> walls;
@@ -233,6 +234,12 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(field, "field");
     uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
+    if (options.loads > detail::most_loads)
+        throw usage_error(sentence("In WGSL, a set of particles has at most ", detail::most_loads, " loads, not ",
+                                   options.loads, "."));
+    for (int k = 0; k < options.loads; ++k)
+        uniforms.add("load_" + std::to_string(k), "vec" + std::to_string(D) + "<f32>", "N",
+                     "force of a load on each particle of its body", std::vector<double>(std::size_t{D}, 0.0));
     for (int k = 0; k < options.sinks; ++k)
         for (const char* end : {"_lower", "_upper"})
             uniforms.add("sink_" + std::to_string(k) + end, "vec" + std::to_string(D) + "<f32>", "cells",

@@ -59,6 +59,7 @@ public:
     std::string entry_points(const Program& program) const {
         return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
                filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
+               (facts_.options.loads > 0 ? filled(text::push, {{"LOADS", loads()}}) : "") +
                filled(text::measure, {{"NAME", "measure"}, {"COUNT", count_base_node()}}) +
                filled(text::measure, {{"NAME", "measure_loads"}, {"COUNT", ""}}) + filled(text::choose_scale) +
                scatter({.name = "scatter",
@@ -309,6 +310,14 @@ private:
         return indented(1) +
                "atomicStore(&status[20], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
                "status_number(2u))));";
+    }
+    /// Returns the WGSL statements in which loads change the velocity of a particle.
+    std::string loads() const {
+        std::string text;
+        for (int k = 0; k < facts_.options.loads; ++k)
+            text += indented(1) + "if ((acting & " + std::to_string(1u << k) +
+                    "u) != 0u) { v += pushed_by(params.load_" + std::to_string(k) + ", load_mass(i)); }";
+        return text;
     }
     /// Returns the WGSL statements of G2P that keep the place before the step, and tell whether the way from there to
     /// the new place may meet a sink: the CPU decides it in double. No text without sinks.
