@@ -81,6 +81,10 @@ using Forces = List<firn::MlsForce, firn::WeightGradientForce>;
 using Materials =
     List<firn::FixedCorotated<float>, firn::NeoHookean<float>, firn::Hencky<float>, firn::Snow<float>,
          firn::Sand<float>, firn::Fluid<float>, firn::VonMises<float>, firn::Nacc<float>, SoftTissue<float>>;
+/// Snow whose strength varies from particle to particle.
+using VariedSnow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
+/// Those that have a program with a box in their way, too.
+using WithBox = List<VariedSnow, firn::Fluid<float>, firn::Sand<float>, firn::Snow<float>, firn::FixedCorotated<float>>;
 template <int D>
 using Fields = List<firn::Gravity<float, D>, firn::Attraction<float, D>>;
 
@@ -108,10 +112,10 @@ Combination combination(const Contact& contact, const double& friction) {
             Material::name,    contact.name, Field::name,    make};
 }
 
-/// Snow whose strength varies from particle to particle, between rough walls, with a box that it can be thrown at.
-Combination snow_and_box(const double& friction) {
+/// A material between rough walls, with a box in its way. The materials of one grid have one boundary.
+template <class Material>
+Combination with_box(const double& friction) {
     constexpr int D = 3;
-    using Material = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
     using Field = firn::Attraction<float, D>;
     const auto make = [&friction] {
         const double rough = std::max(friction, 0.5);
@@ -182,13 +186,14 @@ int emit_wgsl(int argc, char** argv) {
     double friction = 0;
     std::vector<Combination> all;
     add_combinations<3>(all, friction);
-    all.push_back(snow_and_box(friction));
+    for_each(WithBox{},
+             [&]<class Material>(std::type_identity<Material>) { all.push_back(with_box<Material>(friction)); });
     add_combinations<2>(all, friction);
 
     CLI::App app(
         "Writes WGSL programs from firn's definitions, each with a manifest that says how to run it. It has "
-        "every kernel, transfer and force form with one material, every material with one of these, and snow "
-        "with an obstacle. A program of your own can make any other combination with firn::wgsl.",
+        "every kernel, transfer and force form with one material, every material with one of these, and some "
+        "of them with an obstacle. A program of your own can make any other combination with firn::wgsl.",
         "emit_wgsl");
     bool list = false;
     std::string output, all_output;
@@ -207,7 +212,7 @@ int emit_wgsl(int argc, char** argv) {
     choice("--material", &Combination::material, "Constitutive model");
     choice("--boundary", &Combination::boundary, "Walls of the box");
     choice("--field", &Combination::field, "Acceleration field");
-    app.add_option("--friction", friction, "Coulomb friction of the walls; per_particle_snow has at least 0.5")
+    app.add_option("--friction", friction, "Coulomb friction of the walls; at least 0.5 with an obstacle")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     CLI::Option* one =

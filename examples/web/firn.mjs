@@ -11,8 +11,14 @@
 //   simulation.step(100);
 //   await simulation.check();     // throws the program's error, such as a particle that has left the domain
 //   const position = await simulation.read('position');
-import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, numbersEach,
-    requiredLimits } from './firn_size.mjs';
+//
+// Particles of several materials are sets on one grid, each with its own program. The first one has the grid and takes
+// the steps of all:
+//   const water = await Simulation.create(programs.water, { particles: 1000, domain });
+//   const sand = await Simulation.create(programs.sand, { particles: 500, domain }, water);
+//   water.step(100);
+import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, hasOwnBuffers, isOfParticles,
+    mostSets, requiredLimits } from './firn_size.mjs';
 
 export { FirnError, checkLimits, gridOf, requiredLimits };
 
@@ -111,23 +117,32 @@ export class Program {
     }
 }
 
-/** The buffers of one simulation, and its steps. */
+/** The buffers of one set of particles, and its steps; with those of the further sets on its grid, if there are any. */
 export class Simulation {
     /**
      * @param program {Program}
      * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[], blocks?: number}} the
      *        number of particles; the most particles (default: their number); the domain, see gridOf(), or else the
      *        nodes along each axis; for a sparse grid, how many blocks of nodes it has memory for
+     * @param grid {Simulation} another set of particles, the first one on a grid of the same nodes: its buffers of the
+     *        grid are used, and its steps take this set along
      */
-    static async create(program, size) {
+    static async create(program, size, grid = null) {
         const { device, manifest } = program, { capacity, nodes, blocks } = fullSize(size);
         checkLimits(manifest, { capacity, nodes, blocks }, device.limits);
+        if (grid) grid.#require(nodes, blocks);
         for (const scope of ['out-of-memory', 'validation']) device.pushErrorScope(scope);
         const create = (label, bytes, usage) =>
             device.createBuffer({ label, size: bytes, usage: usage | GPUBufferUsage.COPY_DST });
-        const buffers = new Map();
+        const buffers = new Map(), shared = new Set();
+        for (const { name, binding } of grid ? manifest.buffers.filter((each) => !isOfParticles(each)) : []) {
+            buffers.set(binding, grid.#buffer(name).gpu);
+            shared.add(binding);
+        }
         for (const [binding, bytes] of bindingSizes(manifest, { capacity, nodes, blocks }))
-            buffers.set(binding, create(`binding ${binding}`, bytes, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC));
+            if (!shared.has(binding))
+                buffers.set(binding, create(`binding ${binding}`, bytes,
+                    GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC));
         const uniforms = new DataView(new ArrayBuffer(Math.ceil(manifest.uniforms.bytes / 16) * 16));
         buffers.set(manifest.uniforms.binding, create('uniforms', uniforms.byteLength, GPUBufferUsage.UNIFORM));
         const resources = (bindings) => bindings.map(({ binding }) =>
@@ -138,15 +153,28 @@ export class Simulation {
         if (error) throw new FirnError(`There is no memory for ${capacity} particles: ${error.message}`);
 
         const simulation = new Simulation();
-        Object.assign(simulation, { program, device, manifest, capacity, nodes, blocks, buffers, groups, uniforms,
-            values: {}, changed: true, steps: 0, particles: size.particles, domain: size.domain });
+        Object.assign(simulation, { program, device, manifest, capacity, nodes, blocks, buffers, shared, groups, uniforms,
+            values: {}, changed: true, steps: 0, particles: size.particles, domain: size.domain, sets: [simulation] });
         for (const field of manifest.uniforms.fields) simulation.#pack(field, field.default ?? undefined);
         const has = (name) => manifest.uniforms.fields.some((field) => field.name === name);
-        const grid = size.domain ? { ...gridOf(size.domain), cell_size: size.domain.cell_size } : {};
-        for (const [name, value] of Object.entries({ particles: size.particles, capacity, nodes, blocks, ...grid }))
+        const numbers = size.domain ? { ...gridOf(size.domain), cell_size: size.domain.cell_size } : {};
+        const set_number = grid?.sets.length ?? 0;
+        for (const [name, value] of Object.entries({ particles: size.particles, capacity, nodes, blocks, set_number,
+            ...numbers }))
             if (has(name)) simulation.set(name, value);
-        if (grid.coordinates) simulation.writeBuffer('coordinates', grid.coordinates);
+        if (numbers.coordinates) simulation.writeBuffer('coordinates', numbers.coordinates);
+        grid?.sets.push(simulation);
         return simulation;
+    }
+
+    /** Throws unless another set can be on this grid. */
+    #require(nodes, blocks) {
+        if (this.sets[0] !== this || this.shared.size)
+            throw new FirnError('A further set of particles is created with the first one on its grid.');
+        if (String(nodes) !== String(this.nodes) || blocks !== this.blocks)
+            throw new FirnError('Sets of particles on one grid have the same nodes.');
+        if (this.sets.length === mostSets)
+            throw new FirnError(`There are ${mostSets} sets of particles on this grid, and no more can be.`);
     }
 
     /** Sets uniforms by name, in the manifest's units: set('time_step', 1e-4) or set({ gravity: [0, -9.81, 0] }). */
@@ -205,22 +233,33 @@ export class Simulation {
     }
 
     /**
-     * Writes components of the particles by name, each an array of particles * count numbers, all of particle 0 first.
-     * `position` [m] sets place and corner.
+     * Writes components of the particles by name, each an array of particles * count numbers, all of particle `first`
+     * first, up to the last particle. `position` [m] sets place and corner.
      */
-    write({ position, ...values }) {
+    write({ position, ...values }, first = 0) {
         if (position) Object.assign(values, this.#split(position));
+        const particles = this.particles - first;
         for (const [name, numbers] of Object.entries(values)) {
             const { row, count, less_one, Type, gpu } = this.component(name);
-            if (numbers.length !== count * this.particles)
-                throw new FirnError(`${name} has ${count} numbers for each of ${this.particles} particles; there are ` +
+            if (numbers.length !== count * particles)
+                throw new FirnError(`${name} has ${count} numbers for each of ${particles} particles; there are ` +
                     `${numbers.length} in all.`);
             for (let c = 0; c < count; ++c) {
-                const one = new Type(this.particles);
+                const one = new Type(particles);
                 for (let i = 0; i < one.length; ++i) one[i] = numbers[i * count + c] - lacking(less_one, count, c);
-                this.device.queue.writeBuffer(gpu, 4 * (row + c) * this.capacity, one);
+                this.device.queue.writeBuffer(gpu, 4 * ((row + c) * this.capacity + first), one);
             }
         }
+    }
+
+    /** The fields of `count` particles of the material at rest and without strain that are not 0, by their names. */
+    atRest(count) {
+        const fields = this.manifest.buffers.flatMap(({ components = [] }) => components)
+            .filter((component) => component.default !== undefined);
+        return Object.fromEntries(fields.map(({ name, default: value }) => {
+            const one = [value].flat();
+            return [name, Float32Array.from({ length: count * one.length }, (_, k) => one[k % one.length])];
+        }));
     }
 
     #box() {
@@ -252,8 +291,14 @@ export class Simulation {
         this.device.queue.writeBuffer(this.#buffer('status').gpu, 4 * this.manifest.status.time, new Uint32Array(1));
     }
 
+    /** Lets steps with bound_time_step 2 take no more time than this [s] from here on. */
+    setTimeLeft(left) {
+        const high = Math.fround(left), { time_left } = this.manifest.status; // time_left_low is the next word
+        this.device.queue.writeBuffer(this.#buffer('status').gpu, 4 * time_left, Float32Array.of(high, left - high));
+    }
+
     /**
-     * Runs the manifest's "initialise". Call it once, after the particles were written, and after parameters of the
+     * Runs the manifest's "initialise" for all sets on the grid. Call it once, after the particles were written, and after parameters of the
      * material have changed.
      */
     initialise() { this.run(this.manifest.initialise ?? []); }
@@ -266,16 +311,31 @@ export class Simulation {
         this.steps += count;
     }
 
-    /** Submits the kernels in their order, `times` times. Each sees what the kernels before it wrote. */
-    run(entries, times = 1) {
+    /**
+     * Submits the kernels in their order, `times` times. Each sees what the kernels before it wrote. One that uses
+     * buffers of particles runs for all sets on the grid, or for the given ones, before the next one does.
+     */
+    run(entries, times = 1, sets = this.sets) {
+        for (const set of sets) set.#send();
+        const all = entries.flatMap((entry) => sets.filter((set) => set === this || set.#isOwn(entry))
+            .map((set) => [set, entry]));
+        const encoder = this.device.createCommandEncoder(), pass = encoder.beginComputePass();
+        for (let i = 0; i < times; ++i) for (const [set, entry] of all) set.#dispatch(pass, entry);
+        pass.end();
+        this.device.queue.submit([encoder.finish()]);
+    }
+
+    #send() {
         this.program.check();
         const uniforms = this.buffers.get(this.manifest.uniforms.binding);
         if (this.changed) this.device.queue.writeBuffer(uniforms, 0, this.uniforms.buffer);
         this.changed = false;
-        const encoder = this.device.createCommandEncoder(), pass = encoder.beginComputePass();
-        for (let i = 0; i < times; ++i) for (const entry of entries) this.#dispatch(pass, entry);
-        pass.end();
-        this.device.queue.submit([encoder.finish()]);
+    }
+
+    #isOwn(entry) {
+        const kernel = this.program.kernels.get(entry);
+        if (!kernel) throw new FirnError(`${this.manifest.name} has no kernel ${entry}.`);
+        return hasOwnBuffers(this.manifest, kernel);
     }
 
     #dispatch(pass, entry) {
@@ -333,24 +393,33 @@ export class Simulation {
         }
     }
 
-    /** Reads the buffer "status", its words by name: `error`, `particle` and `steps` are integers, the others floats. */
-    async status() {
-        const words = await this.readBuffer('status'), floats = new Float32Array(words.buffer);
-        const isWhole = (name) => ['error', 'particle', 'steps'].includes(name);
+    /** Reads the buffer "status", its words by name: error, particle, set and steps are integers, the others floats. */
+    async status() { return this.#named(await this.readBuffer('status')); }
+
+    #named(words) {
+        const floats = new Float32Array(words.buffer);
+        const isWhole = (name) => ['error', 'particle', 'set', 'steps'].includes(name);
         return Object.fromEntries(Object.entries(this.manifest.status).map(([name, i]) =>
             [name, isWhole(name) ? words[i] >>> 0 : floats[i]]));
     }
 
-    /** Returns status(). Throws a FirnError with the program's sentence if a step has failed. */
-    async check() {
-        const status = await this.status(), { error: code, particle } = status;
+    /**
+     * Returns the status: status(), or that of the words of the buffer "status". Throws a FirnError with the program's
+     * sentence if a step has failed.
+     */
+    async check(words = null) {
+        const status = words ? this.#named(words) : await this.status(), { error: code, particle, set } = status;
         if (code === 0) return status;
         const sentence = this.manifest.errors?.[code] ?? `The program reports error ${code}.`;
-        const where = particle === noParticle ? '' : `particle ${particle}, `;
+        const of = this.sets.length > 1 && this.sets[set] ? ` of ${this.sets[set].manifest.material}` : '';
+        const where = particle === noParticle ? '' : `particle ${particle}${of}, `;
         const message = `${sentence} (${where}at the latest in step ${this.steps})`;
         throw new FirnError(message, { code, particle, step: this.steps });
     }
 
-    /** Frees the buffers. */
-    destroy() { for (const buffer of this.buffers.values()) buffer.destroy(); }
+    /** Frees the buffers, with those of the further sets on the grid. */
+    destroy() {
+        for (const set of this.sets)
+            for (const [binding, buffer] of set.buffers) if (!set.shared.has(binding)) buffer.destroy();
+    }
 }

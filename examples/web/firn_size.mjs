@@ -1,6 +1,7 @@
 // The buffers and device limits that a program needs for a number of particles and a grid, and the numbers of the grid.
 
 export const blockWidth = 4; // nodes per axis of a block
+export const mostSets = 8; // of particles on one grid
 export const groupsPerAxis = 65535; // workgroups that every device can dispatch along one axis
 const product = (numbers) => numbers.reduce((a, b) => a * b, 1);
 const megabytes = (bytes) => `${(bytes / 2 ** 20).toFixed(1)} MiB`;
@@ -16,6 +17,12 @@ export class FirnError extends Error {
 /** The numbers that a buffer holds for each particle, node, ... */
 export const numbersEach = (buffer) =>
     buffer.components ? buffer.components.reduce((sum, { count }) => sum + count, 0) : buffer.count;
+
+/** Whether a buffer is of one set of particles, even if several sets have one grid. */
+export const isOfParticles = ({ per }) => per.startsWith('particle');
+/** Whether a kernel uses buffers of particles: it runs for each set of those on one grid. */
+export const hasOwnBuffers = ({ buffers }, { bindings }) => buffers.some((buffer) => isOfParticles(buffer) &&
+    bindings.some(({ binding }) => binding === buffer.binding));
 
 /**
  * The number of particles, nodes, blocks, ... for `capacity` particles and `nodes` nodes along each axis; if the program's

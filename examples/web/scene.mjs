@@ -184,14 +184,8 @@ export function writeVaried(simulation, scene, { strength }) {
 
 /** Writes the particles of the bodies to the simulation, without strain. `density` is in kg/m^3. */
 export function writeBodies(simulation, { particles, position, velocity, volume }, density) {
-    const repeat = (numbers) => Float32Array.from({ length: particles * numbers.length },
-        (_, i) => numbers[i % numbers.length]);
-    const values = { position, velocity, volume, mass: volume.map((v) => density * v) };
-    // Further fields of the material's state get the manifest's default, if they have one.
-    for (const component of simulation.manifest.buffers.flatMap(({ components = [] }) => components)) {
-        if (component.default !== undefined) values[component.name] = repeat([component.default].flat());
-    }
-    simulation.write(values);
+    simulation.write({ ...simulation.atRest(particles), position, velocity, volume,
+        mass: volume.map((v) => density * v) });
 }
 
 async function fetched(url) {

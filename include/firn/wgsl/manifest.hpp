@@ -171,6 +171,7 @@ inline void write_status_words(Json& json, const Program& program) {
         json.field("largest_momentum_before_forces", 28).field("momentum_scale_before_forces", 29);
     json.field("largest_acceleration", 19);
     json.field("time_left", time_left_word).field("time_left_low", time_left_word + 1).field("steps", steps_word);
+    json.field("set", 27);
     json.field("first_time_step", first_logged_step);
 }
 
@@ -208,13 +209,14 @@ inline void write_status_words(Json& json, const Program& program) {
 ///     initialise   the entry points to run once, after the buffers were written
 ///     step         the entry points of a step, in the order to run them
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
-///     status       for each status word its index in the buffer "status". The words error, particle and steps are of
-///                  type u32, the others of type f32. The word time_step is the step that was taken [s], and time the
-///                  sum of all steps since the host set it to 0 [s]; largest_acceleration is that of the field at the
-///                  nodes of the last step [m/s²]. The words time_left and time_left_low are the time left [s], as two
-///                  numbers whose sum it is, which the host sets for bound_time_step 2; steps is the number of steps
-///                  since the host set it to 0. The time step of step k of these [s], from k = 0, is in word
-///                  first_time_step + k % 256. Only if there is an entry `volume`,
+///     status       for each status word its index in the buffer "status". The words error, particle, set and steps are
+///                  of type u32, the others of type f32. The word set is the set_number of the particles that have the
+///                  error, time_step the step that was taken [s], and time the sum of all steps since the host set it
+///                  to 0 [s]; largest_acceleration is that of the field at the nodes of the last step [m/s²]. The
+///                  words time_left and time_left_low are the time left [s], as two numbers whose sum it is, which the
+///                  host sets for bound_time_step 2; steps is the number of steps since the host set it to 0. The time
+///                  step of step k of these [s], from k = 0, is in word first_time_step + k % 256. Only if there is an
+///                  entry `volume`,
 ///                  the name of a volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0
 ///                  and the rate of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0. Only if the
 ///                  transfer blends velocities: largest_momentum_before_forces and momentum_scale_before_forces. The
