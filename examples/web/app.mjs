@@ -18,7 +18,7 @@ const byId = (id) => document.getElementById(id);
 const parameters = new URLSearchParams(location.search);
 const canvas = byId('view'), camera = new OrbitCamera();
 const controls = new Controls(byId('controls'), changed);
-const from = { url: 'program', folder: parameters.get('case'), scene: '' };
+const from = { urls: ['program'], folder: parameters.get('case'), scene: '' };
 const player = new Player(canvas, camera, controls, from, { failed, loaded, built });
 const programs = new Programs();
 const askedProgram = parameters.get('program'); // instead of that of the scene
@@ -81,7 +81,9 @@ function useScene(name) {
     const materials = programs.materialsOf(scene.materials);
     controls.setOptions('material', materials.map((each) => [each, words(each.replace('per_particle_', ''))]));
     controls.set('material', materials[0]);
-    controls.show('speed', scene.bodies.some(({ velocity }) => velocity.some((v) => v !== 0)));
+    const bodies = scene.bodies ?? scene.sets.flatMap((set) => set.bodies);
+    controls.show('speed', bodies.some(({ velocity }) => velocity.some((v) => v !== 0)));
+    controls.show('material', !askedProgram && !scene.sets);
     canvas.setAttribute('aria-label', `${title}. The arrow keys or a drag turn the view, + and − or the wheel zoom.`);
     usePolicies({ walls: scene.walls });
     lookAround();
@@ -101,9 +103,11 @@ function usePolicies(wanted) {
         const options = programs.choices(material, name);
         controls.setOptions(name, options.map((each) => [each, words(each)]));
         controls.set(name, chosen[name]);
-        controls.show(name, !askedProgram && options.length > 1);
+        controls.show(name, !askedProgram && !scenes[from.scene].sets && options.length > 1);
     }
-    from.url = `programs/${askedProgram ?? chosen.program}`;
+    const { sets, walls } = scenes[from.scene];
+    const all = sets?.map((set) => programs.nearest(set.material, { walls }).program) ?? [chosen.program];
+    from.urls = (askedProgram ? [askedProgram] : all).map((program) => `programs/${program}`);
 }
 
 function chosenPolicies() {
@@ -111,20 +115,23 @@ function chosenPolicies() {
 }
 
 function loaded(manifest) {
-    byId('subtitle').textContent = [from.folder ? 'a case from files' : scenes[from.scene].title,
-        words(manifest.material.replace('per_particle_', '')), manifest.transfer.toUpperCase()].join(' · ');
+    const { title, sets } = scenes[from.scene];
+    const material = sets ? [] : [words(manifest.material.replace('per_particle_', ''))];
+    byId('subtitle').textContent = [from.folder ? 'a case from files' : title, ...material,
+        manifest.transfer.toUpperCase()].join(' · ');
     const value = (name) => manifest.uniforms.fields.find((field) => field.name === name)?.default;
     const hasLame = value('material_mu') !== undefined && value('material_lambda') !== undefined;
     const isScene = !from.folder;
     for (const name of ['young', 'poisson']) controls.show(name, hasLame);
     controls.showGroup('Scene', isScene);
     controls.show('density', isScene);
+    controls.showGroup('Material', !sets);
     controls.show('frame', isScene);
     controls.showGroup('Pointer', player.hasForce);
     byId('force_keys').hidden = !player.hasForce;
     controls.show('schedule', 'step_sorted' in manifest);
     controls.removeGroup('More of the material');
-    const more = manifest.uniforms.fields.filter(({ name, type }) => isOfMaterial(name) && type === 'f32' &&
+    const more = sets ? [] : manifest.uniforms.fields.filter(({ name, type }) => isOfMaterial(name) && type === 'f32' &&
         !['material_mu', 'material_lambda'].includes(name));
     const { values } = scenes[from.scene];
     const isOfAddress = (name) => isFirst && parameters.has(name);
@@ -164,9 +171,12 @@ async function choose() {
     controls.setOptions('scene', Object.entries(scenes).map(([name, { title }]) => [name, title]));
     checkNames();
     await programs.fetchNames();
-    controls.show('material', !askedProgram);
     controls.set('scene', askedProgram || from.folder ? 'cubes' : 'snow');
     controls.read(parameters, ['scene']);
+    const others = ['program', 'case', 'material', ...programs.policies].filter((name) => parameters.has(name));
+    if (scenes[controls.values.scene].sets && others.length)
+        throw new Error(`The scene ${controls.values.scene} has programs of its own: leave ${others.join(', ')} out ` +
+            'of the address, or choose another scene.');
     useScene(controls.values.scene);
     controls.read(parameters, ['material']);
     usePolicies(chosenPolicies());
@@ -256,7 +266,7 @@ const showTexts = figureList(byId('figures'), [['particles', 'particles'], ['tim
 
 function showFigures() {
     const { simulation, bound, paused, figures: { frame, step, rate, time, time_step: taken, ...steps } } = player;
-    showTexts({ particles: whole(simulation?.particles),
+    showTexts({ particles: whole(player.particles),
         time: `${time.toFixed(3)} s`, frame: milliseconds(frame), step: milliseconds(step),
         rate: Number.isFinite(rate) ? withUnit(rate, '/s') : '–', time_step: withUnit(taken, 's'),
         bound: withUnit(bound, 's') });

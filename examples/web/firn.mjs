@@ -153,8 +153,9 @@ export class Simulation {
         if (error) throw new FirnError(`There is no memory for ${capacity} particles: ${error.message}`);
 
         const simulation = new Simulation();
-        Object.assign(simulation, { program, device, manifest, capacity, nodes, blocks, buffers, shared, groups, uniforms,
-            values: {}, changed: true, steps: 0, particles: size.particles, domain: size.domain, sets: [simulation] });
+        Object.assign(simulation, { program, device, manifest, capacity, nodes, blocks, buffers, shared, groups,
+            uniforms, values: {}, changed: true, steps: 0, particles: size.particles, domain: size.domain,
+            sets: [simulation] });
         for (const field of manifest.uniforms.fields) simulation.#pack(field, field.default ?? undefined);
         const has = (name) => manifest.uniforms.fields.some((field) => field.name === name);
         const numbers = size.domain ? { ...gridOf(size.domain), cell_size: size.domain.cell_size } : {};
@@ -298,8 +299,8 @@ export class Simulation {
     }
 
     /**
-     * Runs the manifest's "initialise" for all sets on the grid. Call it once, after the particles were written, and after parameters of the
-     * material have changed.
+     * Runs the manifest's "initialise" for all sets on the grid. Call it once, after the particles were written, and
+     * after parameters of the material have changed.
      */
     initialise() { this.run(this.manifest.initialise ?? []); }
 

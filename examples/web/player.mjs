@@ -17,7 +17,9 @@ export class Player {
         time_step: NaN, needed: 0, taken: 0 };
     dirty = true;
     #device = null;
-    #program = null;
+    #programs = null; // of the sets of particles
+    #run = null; // of a scene of several materials
+    #isRunning = false; // whether the run waits for its steps
     #renderer = null;
     #bodies = null;
     #force = { x: 0, y: 0, sign: 0 };
@@ -29,8 +31,8 @@ export class Player {
 
     /**
      * @param controls {Controls} the form, whose values the simulation gets
-     * @param from {{url: string, folder: string, scene: string}} the folder of the program, and that of the case, if
-     *        there is one, or else the name of the scene
+     * @param from {{urls: string[], folder: string, scene: string}} the folders of the programs, one for each set of
+     *        particles, and that of the case, if there is one, or else the name of the scene
      * @param told {{failed: function, loaded: function, built: function}} callbacks: failed(error), loaded(manifest)
      *        with a new program, built() with a new simulation
      */
@@ -40,7 +42,8 @@ export class Player {
     }
 
     get device() { return this.#device; }
-    get manifest() { return this.simulation?.manifest ?? this.#program?.manifest; }
+    get manifest() { return this.simulation?.manifest ?? this.#programs?.[0].manifest; }
+    get particles() { return this.simulation?.sets.reduce((sum, { particles }) => sum + particles, 0); }
     get scene() { return scenes[this.from.scene]; }
     get look() { return this.from.folder ? plainLook : this.scene.look; }
     /** The bound of the next time step [s]. */
@@ -56,8 +59,10 @@ export class Player {
 
     /** Why the device cannot run so many particles; empty if it can. */
     refusal(particles) {
+        const { sets, nodes } = this.simulation, all = sets.reduce((sum, { capacity }) => sum + capacity, 0);
         try {
-            checkLimits(this.manifest, { capacity: particles, nodes: this.simulation.nodes }, this.#device.limits);
+            for (const { manifest, capacity } of sets)
+                checkLimits(manifest, { capacity: Math.ceil(particles * capacity / all), nodes }, this.#device.limits);
             return '';
         } catch (error) {
             return error.message;
@@ -78,45 +83,77 @@ export class Player {
 
     #drop() {
         this.simulation?.destroy();
-        this.simulation = null;
+        this.simulation = this.#run = null;
+        this.#isRunning = false;
         this.#owed = 0;
         Object.assign(this.figures, { step: NaN, rate: NaN, time: 0, signal_speed: NaN, largest_acceleration: NaN,
             time_step: NaN, needed: 0 });
     }
 
     async #build() {
-        const { values } = this.controls, { url, folder } = this.from;
+        const { values } = this.controls, { urls, folder } = this.from;
         const start = folder ? await fetchCase(folder) : null;
         this.box = start ? plainBox : this.scene.box;
         const cellSize = start?.uniforms.cell_size ?? longest(this.box) / values.cells;
         const domain = { ...this.box, cell_size: cellSize };
-        const bodies = start ?? fillBodies(this.scene, values.particles, cellSize, values.speed);
-        const { particles, capacity = particles } = bodies;
-        const size = { particles, capacity, ...(start ? { nodes: start.uniforms.nodes } : { domain }) };
-        if (this.#program?.url !== url || !this.#device) await this.#load(url, size);
-        const simulation = await Simulation.create(this.#program, size);
-        let drawn = bodies;
+        const several = !start && this.scene.sets ? await import('./sets.mjs') : null;
+        const fill = several ? several.fillSets : (...scene) => [fillBodies(...scene)];
+        const filled = start ? [start] : fill(this.scene, values.particles, cellSize, values.speed);
+        const sizes = filled.map(({ particles, capacity = particles }) =>
+            ({ particles, capacity, ...(start ? { nodes: start.uniforms.nodes } : { domain }) }));
+        if (String(this.#programs?.map(({ url }) => url)) !== String(urls) || !this.#device)
+            await this.#load(urls, sizes[0]);
+        const simulation = await this.#create(sizes), { sets } = simulation;
+        let drawn = filled;
         if (start) {
-            drawn = await writeCase(simulation, start);
+            drawn = [await writeCase(simulation, start)];
             this.#showCase(start.uniforms);
         } else {
-            writeBodies(simulation, bodies, values.density);
-            this.#place(simulation);
-            simulation.set('bound_time_step', 1); // a case takes the steps of the CPU
+            sets.forEach((set, k) => {
+                if (several) several.writeSet(set, this.scene.sets[k], filled[k]);
+                else writeBodies(set, filled[k], values.density);
+                this.#place(set);
+                set.set('bound_time_step', 1); // a case takes the steps of the CPU
+            });
         }
         this.simulation = simulation;
-        this.#bodies = bodies;
+        this.#bodies = filled[0];
         if (!start) {
             for (const name of Object.keys(values)) this.apply(name, true);
-            writeVaried(simulation, this.scene, bodies);
+            if (!several) writeVaried(simulation, this.scene, filled[0]);
         }
         simulation.initialise();
-        this.#renderer.show(simulation, { ...drawn, cellSize, box: this.box, look: this.look,
-            obstacle: this.#obstacle(simulation) });
+        if (several) {
+            this.#run = new several.Run(simulation, () => values.schedule);
+            filled.forEach(({ jet }, k) => jet && this.#run.addSource(sets[k], jet));
+        }
+        this.#renderer.show(drawn.map((each, k) => ({ look: this.look, ...each, simulation: sets[k] })),
+            { cellSize, box: this.box, look: this.look, obstacle: this.#obstacle(simulation) });
         this.apply('colour');
         this.dirty = true;
         this.told.built();
         await this.#check(simulation);
+    }
+
+    /** Creates the sets of particles. Returns the first one, which has the grid. */
+    async #create(sizes) {
+        let simulation = null;
+        try {
+            for (const [k, size] of sizes.entries()) {
+                const set = await Simulation.create(this.#programs[k], size, simulation);
+                simulation ??= set;
+            }
+            return simulation;
+        } catch (error) {
+            simulation?.destroy();
+            throw error;
+        }
+    }
+
+    /** Sets a uniform of those sets of particles that have it. */
+    #set(name, value) {
+        for (const set of this.simulation.sets)
+            if (set.manifest.uniforms.fields.some((field) => field.name === name)) set.set(name, value);
     }
 
     /** Puts the walls and the obstacle where the scene has them. */
@@ -138,28 +175,30 @@ export class Player {
             colour: this.scene.obstacle?.colour ?? '#9c6248' };
     }
 
-    async #load(url, size) {
-        const { manifest, code } = await fetchProgram(url).catch((error) => {
+    async #load(urls, size) {
+        const fetched = await Promise.all(urls.map(fetchProgram)).catch((error) => {
             throw new FirnError(`There is no program: ${error.message} Write one there with 06_emit_wgsl of firn's ` +
                 'examples, or start serve.mjs with a folder of programs.');
         });
-        if (manifest.dimension !== 3)
-            throw new FirnError(`${manifest.name} is in ${manifest.dimension} dimensions; this page shows three.`);
+        for (const { manifest: { name, dimension } } of fetched)
+            if (dimension !== 3) throw new FirnError(`${name} is in ${dimension} dimensions; this page shows three.`);
+        const [{ manifest }] = fetched;
         if (!this.#device) {
             const { nodes } = gridOf({ lower: [0, 0, 0], upper: [1, 1, 1], cell_size: 1 / largest.cells });
             const device = await requestDevice(navigator.gpu, manifest, { particles: largest.particles, nodes })
                 .catch((error) => (error.limit ? requestDevice(navigator.gpu, manifest, size) : Promise.reject(error)));
             device.lost.then(({ reason, message }) => {
                 if (this.#device !== device) return;
-                this.#device = this.#program = this.#renderer = null;
+                this.#device = this.#programs = this.#renderer = null;
                 this.#drop();
                 this.#fail(new FirnError(`The graphics device was lost (${reason}). ${message}`, { lost: true }));
             });
             this.#renderer = await Renderer.create(device, this.canvas);
             this.#device = device;
         }
-        this.#program = await Program.create(this.#device, manifest, code);
-        this.#program.url = url;
+        this.#programs = null;
+        this.#programs = await Promise.all(fetched.map(async (each, k) =>
+            Object.assign(await Program.create(this.#device, each.manifest, each.code), { url: urls[k] })));
         this.told.loaded(manifest);
     }
 
@@ -177,8 +216,8 @@ export class Player {
         const { simulation } = this, { values } = this.controls;
         if (!simulation) return;
         this.dirty = true;
-        if (name === 'time_step') simulation.set(name, values[name]);
-        else if (name === 'gravity') simulation.set(this.gravityName, values[name]);
+        if (name === 'time_step') this.#set(name, values[name]);
+        else if (name === 'gravity') this.#set(this.gravityName, values[name]);
         else if (name === 'colour') this.#renderer.speeds = values[name] === 'speed';
         if (!this.#applyMaterial(name) || starting || this.from.folder) return;
         writeVaried(simulation, this.scene, this.#bodies);
@@ -187,6 +226,7 @@ export class Player {
 
     #applyMaterial(name) {
         const { simulation } = this, { values } = this.controls;
+        if (simulation.sets.length > 1) return false; // each has its own
         if (['young', 'poisson'].includes(name) && this.#has('material_mu') && this.#has('material_lambda')) {
             const { mu, lambda } = lame(values.young, values.poisson);
             simulation.set({ material_mu: mu, material_lambda: lambda });
@@ -212,13 +252,14 @@ export class Player {
         if (!this.hasForce || (sign === 0 && simulation.values.field_strength === 0)) return;
         const { centre, direction } = camera.ray(x, y, canvas.clientWidth / canvas.clientHeight);
         const { radius, strength } = this.controls.values;
-        simulation.set({ field_centre: centre, field_direction: direction, field_radius: radius,
-            field_strength: sign * strength });
+        const force = { centre, direction, radius, strength: sign * strength };
+        for (const [name, value] of Object.entries(force)) this.#set(`field_${name}`, value);
     }
 
     /** Takes steps. Resolves to the time that they took [s]. */
     #advance(simulation, count) {
         this.#applyForce();
+        if (this.#run) return this.#advanceRun(this.#run, count);
         simulation.resetTime();
         simulation.step(count, this.controls.values.schedule);
         this.dirty = true;
@@ -230,10 +271,28 @@ export class Player {
         });
     }
 
+    async #advanceRun(run, count) {
+        const begun = run.time;
+        this.dirty = this.#isRunning = true;
+        try {
+            await run.advance(Infinity, count);
+        } catch (error) {
+            if (run === this.#run) this.#fail(error);
+            throw error;
+        } finally {
+            if (run === this.#run) this.#isRunning = false;
+        }
+        if (run !== this.#run) return 0;
+        const { signal_speed, largest_acceleration, time_step } = run.status;
+        Object.assign(this.figures, { signal_speed, largest_acceleration, time_step, time: run.time });
+        return run.time - begun;
+    }
+
     /** Pauses, takes `count` steps, and resolves when they are done and drawn. Rejects if a step has failed. */
     async step(count = 1) {
         this.paused = true;
         await this.#waiting;
+        while (this.#isRunning) await new Promise((done) => { setTimeout(done, 5); }); // the steps of a frame
         const { simulation } = this;
         if (!simulation) throw new FirnError('There is no simulation to step.');
         for (let left = count; left > 0 && simulation === this.simulation; left -= stepsAtOnce)
@@ -256,7 +315,7 @@ export class Player {
     #fail(error) {
         this.paused = true;
         this.error = error;
-        if (error.code === undefined) this.#program = null; // it keeps the errors of the device
+        if (error.code === undefined) this.#programs = null; // it keeps the errors of the device
 
         this.told.failed(error);
     }
@@ -300,20 +359,22 @@ export class Player {
             figures[name] = Number.isFinite(figures[name]) ? 0.92 * figures[name] + 0.08 * value : value;
         };
         ++this.#pending;
-        if (!paused) {
+        if (!paused && !this.#isRunning) {
             const wanted = this.controls.values.frame, count = this.#stepsOfFrame(wanted);
             const start = performance.now(), since = now - this.#last.frame;
-            this.#advance(simulation, count).then((time) => {
+            const advanced = this.#advance(simulation, count);
+            advanced.then((time) => {
                 if (simulation !== this.simulation) return;
                 this.#owed = Math.min(Math.max(this.#owed + wanted - time, -wanted), 0.5 * wanted);
             }, () => {});
-            queue.onSubmittedWorkDone().then(() => { // the previous frame may still have been running
+            (this.#run ? advanced : queue.onSubmittedWorkDone()).then(() => {
+                // The previous frame may still have been running.
                 const began = Math.max(start, this.#last.done);
                 if (simulation === this.simulation) smooth('step', (performance.now() - began) / count);
             }, () => {});
             if (Number.isFinite(since)) {
                 smooth('frame', since);
-                figures.rate = 1000 * count * simulation.particles / figures.frame;
+                figures.rate = 1000 * count * this.particles / figures.frame;
             }
             this.#last.frame = now;
         }
@@ -326,23 +387,30 @@ export class Player {
 
     // ---- reading ----
 
-    /** The positions of the particles [m]: x, y, z of particle 0, then of particle 1, ... */
+    /** The positions of the particles [m]: x, y, z of particle 0, then of particle 1, ..., set after set. */
     async positions() {
         const { simulation, box } = this, { cell_size } = simulation.values;
-        const [place, corner] = [await simulation.read('place'), await simulation.read('corner')];
-        return Float32Array.from(place, (p, k) => box.lower[k % 3] + (corner[k] + p) * cell_size);
+        const all = new Float32Array(3 * this.particles);
+        let first = 0;
+        for (const set of simulation.sets) {
+            const [place, corner] = [await set.read('place'), await set.read('corner')];
+            all.set(place.map((p, k) => box.lower[k % 3] + (corner[k] + p) * cell_size), first);
+            first += place.length;
+        }
+        return all;
     }
 
     /** The centre of mass [m], summed in 64 bits. */
     async centreOfMass() {
         const { simulation, box } = this, { cell_size } = simulation.values, sum = [0, 0, 0];
-        const [place, corner, mass] = [await simulation.read('place'), await simulation.read('corner'),
-            await simulation.read('mass')];
         let all = 0;
-        mass.forEach((m, i) => {
-            all += m;
-            for (let a = 0; a < 3; ++a) sum[a] += m * (corner[3 * i + a] + place[3 * i + a]);
-        });
+        for (const set of simulation.sets) {
+            const [place, corner, mass] = [await set.read('place'), await set.read('corner'), await set.read('mass')];
+            mass.forEach((m, i) => {
+                all += m;
+                for (let a = 0; a < 3; ++a) sum[a] += m * (corner[3 * i + a] + place[3 * i + a]);
+            });
+        }
         return sum.map((x, a) => box.lower[a] + x / all * cell_size);
     }
 }

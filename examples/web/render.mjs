@@ -22,16 +22,12 @@ export class Renderer {
         const format = navigator.gpu.getPreferredCanvasFormat();
         const context = canvas.getContext('webgpu');
         context.configure({ device, format, alphaMode: 'opaque' });
-        Object.assign(renderer, { device, canvas, context, format, speeds: false, isDark: false,
+        Object.assign(renderer, { device, canvas, context, format, speeds: false, isDark: false, sets: [],
             box: plainBox, look: plainLook });
         await renderer.#createPipelines(module);
-        renderer.uniforms = device.createBuffer({ size: 512, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
         renderer.shadows = device.createTexture({ size: [shadowPixels, shadowPixels], format: 'depth32float',
             usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING }).createView();
-        renderer.uniformEntry = { binding: 0, resource: { buffer: renderer.uniforms } };
         renderer.sampler = device.createSampler({ compare: 'less', magFilter: 'linear', minFilter: 'linear' });
-        renderer.lightGroup = device.createBindGroup({ layout: renderer.lightLayout,
-            entries: [renderer.uniformEntry] });
         return renderer;
     }
 
@@ -73,21 +69,39 @@ export class Renderer {
     }
 
     /**
-     * Sets what to draw. `body`: the number of each particle's body; `spacing` of particles and `cellSize` in m; `box`,
-     * `look`: of the scene; `obstacle`: { half_extents, position [m], rotation, colour }, or null.
+     * Sets what to draw.
+     * @param sets of particles: { simulation, body, spacing, look }: the number of each particle's body, the spacing
+     *        [m], and how they look
+     * @param scene { cellSize, box, look, obstacle }: `obstacle` is null or { half_extents, position [m], rotation,
+     *        colour }
      */
-    show(simulation, { body, spacing, cellSize, box, look, obstacle }) {
-        this.bodies?.destroy();
-        this.bodies = this.device.createBuffer({ size: body.byteLength,
-            usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST });
-        this.device.queue.writeBuffer(this.bodies, 0, body);
+    show(sets, { cellSize, box, look, obstacle }) {
+        for (const { bodies, uniforms } of this.sets) for (const buffer of [bodies, uniforms]) buffer.destroy();
+        this.sets = sets.map((set) => this.#set(set));
+        Object.assign(this, { cellSize, box, look, obstacle });
+        if (this.front) this.#bindViews();
+    }
+
+    #set({ simulation, body, spacing, look }) {
+        const { device } = this, { UNIFORM, STORAGE, COPY_DST } = GPUBufferUsage;
+        const uniforms = device.createBuffer({ size: 512, usage: UNIFORM | COPY_DST });
+        const bodies = device.createBuffer({ size: body.byteLength, usage: STORAGE | COPY_DST });
+        device.queue.writeBuffer(bodies, 0, body);
         const [place, corner, velocity] = ['place', 'corner', 'velocity'].map((name) => simulation.component(name));
-        const buffers = [place.gpu, corner.gpu, velocity.gpu, this.bodies];
-        this.particleGroup = this.device.createBindGroup({ layout: this.particleLayout,
+        const group = (layout, buffers) => device.createBindGroup({ layout,
             entries: buffers.map((buffer, binding) => ({ binding, resource: { buffer } })) });
-        const { capacity, particles } = simulation;
-        this.rows = [place.row * capacity, corner.row * capacity, velocity.row * capacity, capacity];
-        Object.assign(this, { particles, cellSize, radius: look.radius * spacing, box, look, obstacle });
+        const { capacity } = simulation;
+        return { simulation, uniforms, bodies, look, radius: look.radius * spacing,
+            lightGroup: group(this.lightLayout, [uniforms]),
+            particleGroup: group(this.particleLayout, [place.gpu, corner.gpu, velocity.gpu, bodies]),
+            rows: [place.row * capacity, corner.row * capacity, velocity.row * capacity, capacity] };
+    }
+
+    #bindViews() {
+        for (const set of this.sets)
+            set.viewGroup = this.device.createBindGroup({ layout: this.viewLayout, entries: [
+                { binding: 0, resource: { buffer: set.uniforms } }, { binding: 1, resource: this.shadows },
+                { binding: 2, resource: this.sampler }, { binding: 3, resource: this.front.createView() }] });
     }
 
     setTheme(name) { this.isDark = name === 'dark'; }
@@ -109,46 +123,51 @@ export class Renderer {
             this.front?.destroy();
             this.front = this.device.createTexture({ size, format: 'depth32float',
                 usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING });
-            this.viewGroup = this.device.createBindGroup({ layout: this.viewLayout, entries: [this.uniformEntry,
-                { binding: 1, resource: this.shadows }, { binding: 2, resource: this.sampler },
-                { binding: 3, resource: this.front.createView() }] });
+            this.#bindViews();
         }
         return this.size[0] / this.size[1];
     }
 
-    #writeView(camera, aspect) {
-        const data = new Float32Array(128), { right, up, back, eye } = camera.frame(), { box, look, obstacle } = this;
+    #writeView(camera, aspect, { uniforms, rows, radius, look }) {
+        const data = new Float32Array(128), { right, up, back, eye } = camera.frame(), { box, obstacle } = this;
         const middle = box.lower.map((x, a) => 0.5 * (x + box.upper[a])), size = longest(box);
         const lineWidth = Math.min(devicePixelRatio || 1, 2) * 1.1, [background, ink] = this.theme;
         data.set(camera.clip(aspect), 0);
         data.set(lightMatrix(light, middle, 0.9 * size), 16);
         const { position = [0, 0, 0], half_extents: half = [0, 0, 0], rotation = [1, 0, 0, 0], colour = '#000000' } =
             obstacle ?? {};
-        const vectors = [[right, this.radius], [up, this.cellSize], [back, fullSpeed], [light.right, lineWidth],
+        const vectors = [[right, radius], [up, this.cellSize], [back, fullSpeed], [light.right, lineWidth],
             [light.up, this.isDark ? 1 : 0], [light.back, this.speeds ? 1 : 0], [box.lower, size],
             [box.upper, look.smooth], [linear(background), look.shade], [linear(ink), look.gloss],
             ...[...look.bodies, ...ramp].map((each) => [linear(each), 1]), [[...this.size, camera.near], camera.far],
             [[0, 0, 0], 0], [eye, camera.tangent(aspect)], [position, 0], [half, 0],
             [rotation.slice(0, 3), rotation[3]], [linear(colour), 1]];
         vectors.forEach(([vector, w], i) => data.set([...vector, w], 32 + 4 * i));
-        new Uint32Array(data.buffer).set(this.rows, 32 + 4 * (vectors.length - 6));
-        this.device.queue.writeBuffer(this.uniforms, 0, data);
+        new Uint32Array(data.buffer).set(rows, 32 + 4 * (vectors.length - 6));
+        this.device.queue.writeBuffer(uniforms, 0, data);
     }
 
     draw(camera) {
-        this.#writeView(camera, this.#fit());
+        const aspect = this.#fit(), [{ lightGroup, viewGroup }] = this.sets;
+        for (const set of this.sets) this.#writeView(camera, aspect, set);
         const encoder = this.device.createCommandEncoder();
         const drawn = (pass, pipeline, vertices) => {
             pass.setPipeline(pipeline);
             pass.draw(vertices);
         };
+        const drawParticles = (pass, pipeline, group) => {
+            for (const set of this.sets) {
+                pass.setBindGroup(0, set[group]);
+                pass.setBindGroup(1, set.particleGroup);
+                drawn(pass, pipeline, 3 * set.simulation.particles);
+            }
+        };
         const drawDepth = (view, spheres, box) => {
             const pass = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment: { view,
                 depthClearValue: 1, depthLoadOp: 'clear', depthStoreOp: 'store' } });
-            pass.setBindGroup(0, this.lightGroup);
+            pass.setBindGroup(0, lightGroup);
             if (this.obstacle && box) drawn(pass, box, 36);
-            pass.setBindGroup(1, this.particleGroup);
-            if (spheres) drawn(pass, spheres, 3 * this.particles);
+            if (spheres) drawParticles(pass, spheres, 'lightGroup');
             pass.end();
         };
         drawDepth(this.shadows, this.shadowPipeline, this.boxShadowPipeline);
@@ -161,10 +180,10 @@ export class Renderer {
             depthStencilAttachment: { view: this.depth.createView(), depthClearValue: 1, depthLoadOp: 'clear',
                 depthStoreOp: 'discard' },
         });
-        pass.setBindGroup(0, this.viewGroup);
+        pass.setBindGroup(0, viewGroup);
         if (this.obstacle) drawn(pass, this.boxPipeline, 36);
-        pass.setBindGroup(1, this.particleGroup);
-        drawn(pass, this.spherePipeline, 3 * this.particles);
+        drawParticles(pass, this.spherePipeline, 'viewGroup');
+        pass.setBindGroup(0, viewGroup);
         drawn(pass, this.groundPipeline, 4);
         drawn(pass, this.edgePipeline, 72);
         pass.end();

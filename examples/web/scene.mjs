@@ -56,7 +56,9 @@ const packed = {
 // box, obstacle [m]; bodies: shape; size of the surrounding box [m]; centre [m]; anchor: the point [m] towards which a
 // body shrinks (its centre, if left out); turn [rad] about x, then y, then z; velocity [m/s]; jitter: how far particles
 // are off their lattice, 1: anywhere in their cell. vary: the fields of a particle from the program's parameter and
-// the particle's strength. cells: the choices along the longest edge of the box. values: of the controls.
+// the particle's strength. cells: the choices along the longest edge of the box. values: of the controls. sets: of
+// several materials on one grid, each with its bodies, its density [kg/m^3], its material's parameters and what is its
+// own of the look; jet: a disc from which particles come, with its velocity [m/s], from `start` to `end` [s].
 export const scenes = {
     snow: {
         title: 'Snowball', materials: ['per_particle_snow'], walls: 'separate_box', look: looks.snow,
@@ -96,6 +98,33 @@ export const scenes = {
         { shape: 'ring', size: cube(0.46), centre: [0.70, 0.50, 0.5], turn: [1.32, 0.89, 0],
             velocity: [-1.2, 1.4, 0] },
     ] },
+    tank: {
+        title: 'Water, sand, snow and jelly', materials: ['fluid'], walls: 'separate_box', look: looks.water,
+        box: { lower: [0, 0, 0], upper: [1.2, 0.8, 0.6] },
+        obstacle: { half_extents: [0.07, 0.17, 0.13], position: [0.56, 0.17, 0.3], colour: '#8d8f94' },
+        view: { target: [0.6, 0.27, 0.3], distance: 2.3, yaw: 0.42, pitch: 0.3 },
+        sets: [
+            { material: 'fluid', density: 1000, bodies: [{ shape: 'block', size: [0.4, 0.15, 0.6],
+                centre: [1, 0.075, 0.3], anchor: [1.2, 0, 0], velocity: [0, 0, 0], jitter: 0.6 }],
+            jet: { centre: [1.08, 0.66, 0.3], radius: 0.045, velocity: [-1.6, 0.4, 0], start: 0.1, end: 2 } },
+            { material: 'sand', density: 1600, look: { ...looks.sand, shade: looks.water.shade },
+                bodies: [{ shape: 'block', size: [0.3, 0.24, 0.6], centre: [0.15, 0.12, 0.3], anchor: [0, 0, 0],
+                    velocity: [0, 0, 0], jitter: 1 }] },
+            { material: 'snow', density: 400, look: { ...looks.snow, shade: looks.water.shade },
+                bodies: [{ shape: 'ball', size: cube(0.24), centre: [0.24, 0.58, 0.32], velocity: [0.8, -1, 0],
+                    jitter: 1 }] },
+            { material: 'fixed_corotated', density: 900, young: 3e4, poisson: 0.3,
+                look: { bodies: ['#3fa45b', '#cf4a44'], radius: 0.75, smooth: 0.85, gloss: 0.2, speckled: false },
+                bodies: [
+                    { shape: 'block', size: cube(0.15), centre: [0.95, 0.34, 0.42], turn: [0.3, 0.5, 0.2],
+                        velocity: [0, 0, 0] },
+                    { shape: 'ring', size: cube(0.22), centre: [0.8, 0.55, 0.18], turn: [1.1, 0.3, 0],
+                        velocity: [0, -0.5, 0] }] },
+        ],
+        cells: [['32', '32 along the tank'], ['48', '48 along the tank'], ['64', '64 along the tank'],
+            ['96', '96 along the tank']],
+        values: { cells: 48, frame: 4e-3, time_step: 1e-3, radius: 0.25 },
+    },
 };
 
 /** The length of the longest edge [m]. */
@@ -130,6 +159,10 @@ function noise(lump) {
         sum + Math.cos((a * x + b * y + c * z) * scale + phase), 0) / Math.sqrt(count / 2);
 }
 
+/** The volume of bodies [m^3]. */
+export const bodiesVolume = (bodies) =>
+    bodies.reduce((sum, { shape, size: [a, b, c] }) => sum + shapes[shape].part * a * b * c, 0);
+
 /**
  * Fills the bodies of a scene with about `count` particles. Returns position [m], velocity [m/s] and volume [m^3],
  * particle after particle, the body of each particle, its strength, and the spacing [m].
@@ -138,8 +171,7 @@ function noise(lump) {
  * grid therefore make smaller bodies.
  */
 export function fillBodies({ bodies, lump, variation, look }, count, cellSize, speed = 1) {
-    const all = bodies.reduce((sum, { shape, size: [a, b, c] }) => sum + shapes[shape].part * a * b * c, 0);
-    const wanted = Math.cbrt(all / count), spacing = Math.min(wanted, cellSize / 1.75);
+    const wanted = Math.cbrt(bodiesVolume(bodies) / count), spacing = Math.min(wanted, cellSize / 1.75);
     const position = [], velocity = [], body = [], volume = [], random = randomNumbers();
     bodies.forEach((each, b) => {
         const { shape, centre, anchor = centre, turn = [0, 0, 0], jitter = 0 } = each, turned = rotation(turn);
