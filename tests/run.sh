@@ -152,7 +152,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         if [[ $full == yes ]] || ((i % 5 < 2)); then dawn_cases+=("${cases[i]}"); fi
         if [[ $full == yes ]] || ((i % 5 >= 2)); then deno_cases+=("${cases[i]}"); fi
     done
-    if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank); fi
+    if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank sets); fi
     if ((${#webgpu[@]})) && [[ $full == yes ]]; then other_lane+=(example); fi
     if ((jobs > 1)); then
         wgsl_lane "${lane[@]}" &
@@ -183,7 +183,8 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
             host) logged "$name" firn_dawn "$tests/host.mjs" ;;
             host_in_c++) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_host" ;;
             on_gpu) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_on_gpu" ;;
-            tank) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_tank" ;;
+            tank) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_tank" "$build/sets" ;;
+            sets) logged "$name" firn_dawn "$tests/sets.mjs" "$build/sets" ;; # what tank has written
             example) logged "$name" gpu_example ;;
             tint) logged "$name" firn_dawn "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;
             naga) logged "$name" firn_deno "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;

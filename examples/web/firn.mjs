@@ -18,7 +18,7 @@
 //   const sand = await Simulation.create(programs.sand, { particles: 500, domain }, water);
 //   water.step(100);
 import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, hasOwnBuffers, isOfParticles,
-    mostSets, requiredLimits } from './firn_size.mjs';
+    mostSets, requiredLimits, wordsOfSet } from './firn_size.mjs';
 
 export { FirnError, checkLimits, gridOf, requiredLimits };
 
@@ -296,6 +296,12 @@ export class Simulation {
     setTimeLeft(left) {
         const high = Math.fround(left), { time_left } = this.manifest.status; // time_left_low is the next word
         this.device.queue.writeBuffer(this.#buffer('status').gpu, 4 * time_left, Float32Array.of(high, left - high));
+    }
+
+    /** Lets the next step count the places of these particles from the blocks in which they are. */
+    sortNext() {
+        const word = this.manifest.status.sort_needed + wordsOfSet * (this.values.set_number ?? 0);
+        this.device.queue.writeBuffer(this.#buffer('status').gpu, 4 * word, Uint32Array.of(1));
     }
 
     /**

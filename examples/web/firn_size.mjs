@@ -2,6 +2,7 @@
 
 export const blockWidth = 4; // nodes per axis of a block
 export const mostSets = 8; // of particles on one grid
+export const wordsOfSet = 5; // of the buffer "status"
 export const groupsPerAxis = 65535; // workgroups that every device can dispatch along one axis
 const product = (numbers) => numbers.reduce((a, b) => a * b, 1);
 const megabytes = (bytes) => `${(bytes / 2 ** 20).toFixed(1)} MiB`;

@@ -106,7 +106,7 @@ export const scenes = {
         sets: [
             { material: 'fluid', density: 1000, bodies: [{ shape: 'block', size: [0.4, 0.15, 0.6],
                 centre: [1, 0.075, 0.3], anchor: [1.2, 0, 0], velocity: [0, 0, 0], jitter: 0.6 }],
-            jet: { centre: [1.08, 0.66, 0.3], radius: 0.045, velocity: [-1.6, 0.4, 0], start: 0.1, end: 2 } },
+            jet: { centre: [1.08, 0.66, 0.3], radius: 0.045, velocity: [-1.6, 0.4, 0], start: 0.05, end: 2 } },
             { material: 'sand', density: 1600, look: { ...looks.sand, shade: looks.water.shade },
                 bodies: [{ shape: 'block', size: [0.3, 0.24, 0.6], centre: [0.15, 0.12, 0.3], anchor: [0, 0, 0],
                     velocity: [0, 0, 0], jitter: 1 }] },

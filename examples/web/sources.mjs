@@ -54,33 +54,17 @@ export class Source {
 }
 
 /**
- * Adds particles without strain behind the last one of a set. Steps have to be over, or queued. What the
- * particles that were there have is left as it is.
+ * Adds particles without strain behind the last one of a set, after the steps so far. As on the CPU, the stress and the
+ * signal speed of the set are found anew, and the next step sorts it.
  */
 export function addParticles(set, { position, volume }, density, velocity) {
-    const { device, manifest, particles: first, capacity } = set, D = manifest.dimension;
+    const { manifest, particles: first } = set, D = manifest.dimension;
     const count = position.length / D, all = (x) => new Float32Array(count).fill(x);
     set.set('particles', first + count);
     set.write({ ...set.atRest(count), position, volume: all(volume), mass: all(density * volume),
         velocity: Float32Array.from(position, (_, k) => velocity[k % D]) }, first);
-    // "initialise" finds the stress and the signal speed of all particles. The stress of those in motion may be another
-    // one than that of their state alone, so that they get it back.
-    const { row, count: numbers, gpu } = set.component('kirchhoff_stress');
-    const kept = device.createBuffer({ size: Math.max(4, 4 * numbers * first),
-        usage: GPUBufferUsage.COPY_SRC | GPUBufferUsage.COPY_DST });
-    const copy = (from, to) => {
-        const encoder = device.createCommandEncoder();
-        for (let c = 0; c < numbers && first > 0; ++c) {
-            const places = [4 * (row + c) * capacity, 4 * c * first];
-            if (from === kept) places.reverse();
-            encoder.copyBufferToBuffer(from, places[0], to, places[1], 4 * first);
-        }
-        device.queue.submit([encoder.finish()]);
-    };
-    copy(gpu, kept);
     set.run(manifest.initialise, 1, [set]);
-    copy(kept, gpu);
-    kept.destroy();
+    set.sortNext();
 }
 
 /** Takes steps of a simulation, all sets on its grid together, at their bound, and lets sources give particles. */
@@ -94,10 +78,13 @@ export class Run {
     #step = 0; // about how long one is [s]
 
     /**
-     * @param simulation {Simulation} the first set of particles, before its first step
+     * @param simulation {Simulation} the first set of particles on a grid, before its first step
      * @param schedule () => string: the schedule of a step
      */
-    constructor(simulation, schedule = () => 'step') { Object.assign(this, { simulation, schedule }); }
+    constructor(simulation, schedule = () => 'step') {
+        Object.assign(this, { simulation, schedule });
+        for (const set of simulation.sets) set.sortNext(); // the CPU sorts before the first step
+    }
 
     /** Adds a source to a set. Bursts that were due before the present time are left out. */
     addSource(set, source) {

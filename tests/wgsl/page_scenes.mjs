@@ -1,5 +1,6 @@
 // What the page's own scenes promise: tests for page.mjs.
 import assert from 'node:assert/strict';
+import { bodiesVolume, scenes } from '../../examples/web/scene.mjs';
 
 const small = 'cells=32&particles=1000&paused=1';
 
@@ -46,6 +47,36 @@ const snowOf = (page) => page.evaluate(async () => {
     const plastic = await firn.simulation.read('plastic_volume');
     return { x, y, z, pieces, crushed: plastic.filter((J) => Math.abs(J - 1) > 0.02).length / plastic.length };
 });
+
+/** The particles of the tank, set after set: how many, their mass, and a number that any change of them changes. */
+const tankOf = (page) => page.evaluate(async () => {
+    const all = [], sum = (numbers) => numbers.reduce((a, b) => a + b, 0);
+    for (const set of firn.simulation.sets) {
+        const words = new Uint32Array((await set.readBuffer('motion')).buffer);
+        const [mass, volume] = [await set.read('mass'), await set.read('volume')];
+        all.push({ material: set.manifest.material, particles: set.particles, mass: sum(mass), volume: sum(volume),
+            state: words.reduce((hash, word) => Math.imul(hash ^ word, 0x01000193) >>> 0, 0x811c9dc5) });
+    }
+    const [lower, upper] = [[0, 1, 2].map(() => Infinity), [0, 1, 2].map(() => -Infinity)];
+    (await firn.positions()).forEach((x, k) => {
+        lower[k % 3] = Math.min(lower[k % 3], x);
+        upper[k % 3] = Math.max(upper[k % 3], x);
+    });
+    return { sets: all, lower, upper, time: firn.figures.time };
+});
+
+/** The colour of a picture around a place [pixels]: the middle one of each channel. */
+function colourAt({ width, rgba }, [x, y], reach = 4) {
+    const channels = [[], [], []];
+    for (let j = -reach; j <= reach; ++j) for (let i = -reach; i <= reach; ++i) {
+        const at = 4 * ((Math.round(y) + j) * width + Math.round(x) + i);
+        channels.forEach((all, c) => all.push(rgba[at + c]));
+    }
+    return channels.map((all) => all.sort((a, b) => a - b)[all.length >> 1]);
+}
+
+/** What files of the page a browser has read. */
+const filesOf = (page) => page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
 
 export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
     async 'snow is white, its obstacle is drawn, it is crushed there, and no step is longer than its bound'() {
@@ -130,10 +161,72 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
         await page.close();
     },
 
+    async 'water, sand, snow and jelly share a tank, each with its colour and mass, and a jet pours when it is due'() {
+        const { page, problems } = await open('scene=tank&cells=16&particles=2000&paused=1&time_step=0.01');
+        const { sets, box, obstacle } = scenes.tank, jetOf = sets[0].jet;
+        const start = await tankOf(page), picture = await pixelsOf(page);
+        assert.deepEqual(start.sets.map(({ material }) => material), sets.map(({ material }) => material));
+        const [spaced] = start.sets.map(({ volume }, k) => volume / bodiesVolume(sets[k].bodies));
+        start.sets.forEach(({ mass, volume }, k) => {
+            assert.ok(Math.abs(mass / volume / sets[k].density - 1) < 1e-5, `density of ${sets[k].material}`);
+            const wanted = spaced * bodiesVolume(sets[k].bodies); // all are spaced alike
+            assert.ok(Math.abs(volume / wanted - 1) < 0.2, `volume of ${sets[k].material}: ${volume} m^3, not ${wanted}`);
+        });
+        const colours = {
+            water: [[1.08, 0.06, 0.45], ([r, g, b]) => b > 1.3 * r && b > g],
+            sand: [[0.15, 0.1, 0.45], ([r, g, b]) => r > 1.1 * g && g > 1.2 * b],
+            snow: [sets[2].bodies[0].centre, ([r, g, b]) => Math.min(r, g, b) > 170 && Math.max(r, g, b) < 1.2 * r],
+            green: [sets[3].bodies[0].centre, ([r, g, b]) => g > 1.3 * r && g > 1.2 * b],
+            obstacle: [[obstacle.position[0], 0.25, obstacle.position[2] + obstacle.half_extents[2]],
+                ([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b) < 20 && r < 190],
+        };
+        for (const [what, [point, has]] of Object.entries(colours)) {
+            const [[x], [y]] = await rangeOf(page, [point]), colour = colourAt(picture, [x, y]);
+            assert.ok(has(colour), `${what} has the colour ${colour}`);
+        }
+
+        // The steps of frames, and one by one: the same.
+        await page.evaluate(async () => {
+            firn.resume();
+            while (firn.simulation.steps < 10) await new Promise((done) => { setTimeout(done, 10); });
+            await firn.step(Math.max(0, 60 - firn.simulation.steps));
+        });
+        const poured = await tankOf(page);
+        const { steps, capacity, spacing } = await page.evaluate(async () => ({ steps: firn.simulation.steps,
+            capacity: firn.simulation.capacity, spacing: Math.cbrt((await firn.simulation.read('volume')).at(-1)) }));
+        const rate = Math.hypot(...jetOf.velocity) / spacing; // a layer has moved on by its thickness
+        const bursts = (time) => Math.floor((Math.min(time, jetOf.end) - jetOf.start) * rate) + 1;
+        const each = (capacity - start.sets[0].particles) / bursts(jetOf.end);
+        assert.ok(Number.isInteger(each) && each > 0, `${each} particles come at once`);
+        assert.ok(bursts(poured.time) > 1, `${poured.time} s are simulated, and the jet pours from ${jetOf.start} s on`);
+        const expected = start.sets.map(({ particles }, k) => particles + (k === 0 ? each * bursts(poured.time) : 0));
+        assert.deepEqual(poured.sets.map(({ particles }) => particles), expected);
+        assert.ok(poured.sets.every(({ state }, k) => state !== start.sets[k].state), 'all move');
+        for (let a = 0; a < 3; ++a)
+            assert.ok(poured.lower[a] >= box.lower[a] && poured.upper[a] <= box.upper[a],
+                `from ${poured.lower[a]} m to ${poured.upper[a]} m along axis ${a}`);
+        const [[x], [y]] = await rangeOf(page, [await page.evaluate(() => firn.simulation.read('position')
+            .then((all) => [...all.slice(-3)]))]);
+        const [red, , blue] = colourAt(await pixelsOf(page), [x, y], 1);
+        assert.ok(blue > 1.3 * red, `the jet has the colour ${red}, ..., ${blue}`);
+        if (screenshot) await page.screenshot({ path: screenshot.replace(/(\.png)?$/, '_tank.png') });
+        await page.evaluate((count) => firn.restart().then(() => firn.step(count)), steps);
+        assert.deepEqual(await tankOf(page), poured, 'a second run');
+        const programs = (await filesOf(page)).filter((file) => file.endsWith('program.wgsl'));
+        assert.equal(programs.length, sets.length);
+        assert.deepEqual(problems, []);
+        console.log(`     ${poured.sets.map(({ material, particles }) => `${material} ${particles}`).join(', ')}; ` +
+            `${steps} steps, ${poured.time.toFixed(3)} s, ${bursts(poured.time)} bursts of ${each}`);
+        await page.close();
+    },
+
     async 'few choices are in sight, and density and the parameters of the material can be set'() {
         const { page, problems } = await open(`${small}&density=200&material_hardening=4`);
         const { values } = await page.evaluate(() => ({ values: firn.simulation.values }));
         assert.equal(values.material_hardening, 4);
+        const files = await filesOf(page);
+        assert.equal(files.filter((file) => file.endsWith('program.wgsl')).length, 1);
+        assert.ok(!files.some((file) => /\/(sets|sources)\.mjs/.test(file)), 'what only the tank needs is left out');
         const total = () => page.evaluate(async () => {
             const [mass, volume] = [await firn.simulation.read('mass'), await firn.simulation.read('volume')];
             return mass[0] / volume[0];
@@ -141,7 +234,7 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
         assert.ok(Math.abs(await total() - 200) < 0.01);
         const select = (name) => page.locator(`#control_${name}`);
         const optionsOf = (name) => select(name).evaluate((each) => [...each.options].map(({ value }) => value));
-        assert.deepEqual(await optionsOf('scene'), ['snow', 'sand', 'dam', 'cubes', 'ring']);
+        assert.deepEqual(await optionsOf('scene'), ['snow', 'sand', 'dam', 'cubes', 'ring', 'tank']);
         assert.deepEqual(await optionsOf('material'), ['per_particle_snow']);
         assert.ok((await optionsOf('particles')).includes('500000'));
         assert.equal(await page.locator('select:visible').count(), 6, 'selects outside of "More"');
@@ -171,13 +264,14 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
     async 'what the address cannot have gets a sentence'() {
         for (const [query, sentence] of [
             ['sceen=sand', /^The address has sceen, which means nothing here\. It can have .*scene/],
-            ['scene=lava', /scene is lava; it must be one of snow, sand, dam, cubes, ring\./],
+            ['scene=lava', /scene is lava; it must be one of snow, sand, dam, cubes, ring, tank\./],
             ['scene=dam&material=sand', /material is sand; it must be fluid\./],
             ['particles=many', /particles is many; it must be a whole number from 100 to 4000000\./],
             ['particles=5', /particles is 5; .* from 100/], ['poisson=0.7', /poisson is 0\.7; .* from 0 to 0\.45\./],
             ['gravity=1,2', /gravity is 1,2; it must be x,y,z/], ['paused=maybe', /paused is maybe; it must be 0 or 1/],
             ['scene=cubes&kernel=sine', /kernel is sine; it must be one of/],
             [`${small}&material_stickiness=3`, /material_stickiness; the material .*snow has .*material_hardening/],
+            ['scene=tank&walls=stick', /The scene tank has programs of its own: leave walls out of the address/],
             ['program=none', /There is no program: .*none.*404/]]) {
             const { page } = await open(query);
             const { state, reason } = await page.evaluate(() => ({ ...document.body.dataset }));

@@ -1,6 +1,10 @@
 /// \file A tank of water, sand, snow and jelly, with a ball that moves through them, sources and sinks: 200 steps on
 /// the device, fixed or at their bound, are those of the CPU to the bit; runs go on where they have not begun. Closes
 /// with "N passed, M failed".
+///
+///     firn_webgpu_tank [FOLDER]
+///
+/// Writes into FOLDER, for sets.mjs, the programs and particles of such a tank, and what the CPU makes of them.
 #include <firn/io/restart.hpp>
 #include <firn/webgpu/on_gpu.hpp>
 
@@ -9,6 +13,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace {
@@ -31,9 +37,8 @@ void for_materials(const F& f) {
     f(std::type_identity<Jelly>{}, std::size_t{3});
 }
 
-/// Sand beside water, snow and jelly that fall on them. Water pours in and lives for a while, balls of snow drop, and
-/// what comes to the floor's middle leaves.
-auto tank(bool at_bound) {
+/// Sand beside water, snow and jelly that fall on them.
+auto matter_in_tank(bool at_bound) {
     Collider<Sphere<float, 2>> ball{.shape = {0.08F}, .contact = Contact::separate, .friction = 0.2};
     ball.position = {0.46, 0.26};
     ball.linear_velocity = {4, -1};
@@ -55,7 +60,15 @@ auto tank(bool at_bound) {
     add(sand, {0.05, 0.03}, {0.45, 0.17}, {2, -1});
     add(snow, {0.57, 0.2}, {0.8, 0.4}, {-2, -4});
     add(simulation.template set<Jelly>(), {0.14, 0.19}, {0.37, 0.44}, {8, -3});
+    return simulation;
+}
 
+/// Water pours in and lives for a while, balls of snow drop, and what comes to the floor's middle leaves.
+auto tank(bool at_bound) {
+    auto simulation = matter_in_tank(at_bound);
+    auto water = simulation.template set<Water>();
+    auto sand = simulation.template set<Sand<float>>();
+    auto snow = simulation.template set<Snow<float>>();
     const auto layer = sample_box<2>({0.1, 0.7}, {0.2, 0.7 + spacing}, {.spacing = spacing});
     auto jet = Source<2>::jet(layer, spacing, 1000, {1, -3});
     jet.start = 0.0031;
@@ -171,6 +184,89 @@ void go_on(Tank& cpu, webgpu::OnGpu<Tank>& gpu) {
     });
 }
 
+/// A file of numbers. Returns its name.
+template <class T>
+std::string write_numbers(const std::filesystem::path& folder, const std::string& name, const std::vector<T>& numbers) {
+    std::ofstream out(folder / name, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(numbers.data()), std::streamsize(numbers.size() * sizeof(T)));
+    if (!out.flush()) throw io_error("Cannot write " + (folder / name).string());
+    return name;
+}
+void write_text(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream out(path, std::ios::binary);
+    out << text;
+    if (!out.flush()) throw io_error("Cannot write " + path.string());
+}
+
+/// Writes the numbers of all particles of the sets, and their ids, to files that begin with a name.
+void write_particles(Json& json, const std::filesystem::path& folder, const std::string& name,
+                     const std::array<wgsl::Program, materials>& programs, const Tank& cpu) {
+    json.key(name.c_str()).object([&] {
+        for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+            const auto& particles = cpu.template set<M>().particles();
+            const wgsl::Inputs inputs = wgsl::make_inputs<2>(programs[k], cpu.domain(), particles, 0);
+            std::vector<std::uint32_t> ids;
+            for (const std::size_t slot : wgsl::detail::slots_of<2>(particles)) ids.push_back(particles.id(slot));
+            json.key(M::name).object([&] {
+                const std::string start = name + "_" + M::name + "_";
+                json.field("particles", inputs.particles).field("ids", write_numbers(folder, start + "ids", ids));
+                for (const auto& [buffer, numbers] : inputs.buffers)
+                    if (wgsl::is_of_particles(programs[k].buffer(buffer)))
+                        json.field(buffer.c_str(), write_numbers(folder, start + buffer, numbers));
+            });
+        });
+    });
+}
+
+/// Writes what sets.mjs runs. The ball stands still, and there are no sinks, which the host in JavaScript leaves to its
+/// user. Steps end where bursts are due, at binary fractions of a second, which are exact: a source on the CPU would
+/// see the sum of the steps instead.
+void write_for_javascript(const std::filesystem::path& folder) {
+    Tank cpu = matter_in_tank(true);
+    cpu.most_steps_between_sorts = 0;
+    auto& ball = std::get<1>(cpu.boundary.parts);
+    ball.linear_velocity = {};
+    ball.angular_velocity = 0;
+    const auto layer = sample_box<2>({0.1, 0.7}, {0.2, 0.7 + spacing}, {.spacing = spacing});
+    Source<2> source{.samples = layer, .density = 1000, .velocity = {1, -3}, .rate = 256, .start = 1.0 / 512};
+    source.end = 9.0 / 512;
+    std::array<wgsl::Program, materials> programs;
+    for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
+        programs[k] = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
+            cpu.template set<M>().material(), cpu.boundary, Gravity<float, 2>{cast<float>(cpu.gravity)});
+        std::filesystem::create_directories(folder / M::name);
+        write_text(folder / M::name / "program.wgsl", programs[k].code);
+        write_text(folder / M::name / "manifest.json", wgsl::manifest(programs[k]));
+    });
+    Json json;
+    json.object([&] {
+        const Domain<2>& domain = cpu.domain();
+        const auto number = [&](double x) { json.value(x); };
+        json.key("domain").object([&] {
+            json.key("lower").array(domain.lower.v, number).key("upper").array(domain.upper.v, number);
+            json.field("cell_size", domain.cell_size);
+        });
+        json.key("source").object([&] {
+            json.field("set", Water::name).field("density", source.density).field("rate", source.rate);
+            json.field("start", source.start).field("end", source.end).field("volume", layer.volume);
+            json.key("velocity").array(source.velocity.v, number);
+            std::vector<double> positions;
+            for (const Vec<double, 2>& x : layer.positions) positions.insert(positions.end(), x.v, x.v + 2);
+            json.key("position").array(positions, number);
+        });
+        write_particles(json, folder, "start", programs, cpu);
+        constexpr double end = 25.0 / 1024;
+        for (; source.time_of(source.bursts) <= source.end; ++source.bursts) {
+            cpu.advance(source.time_of(source.bursts) - cpu.time());
+            cpu.template set<Water>().add(layer, source.density, source.velocity);
+        }
+        cpu.advance(end - cpu.time());
+        json.field("time", cpu.time()).field("steps", cpu.steps());
+        write_particles(json, folder, "end", programs, cpu);
+    });
+    write_text(folder / "sets.json", json.text());
+}
+
 void in_a_tank(bool at_bound, const webgpu::Device& device) {
     constexpr std::uint64_t steps = 200;
     const Tank begin = tank(at_bound);
@@ -199,8 +295,9 @@ void in_a_tank(bool at_bound, const webgpu::Device& device) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
     try {
+        if (argc > 1) write_for_javascript(argv[1]);
         const webgpu::Device device;
         for (const bool at_bound : {false, true}) in_a_tank(at_bound, device);
     } catch (const std::exception& e) {
