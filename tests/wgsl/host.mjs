@@ -5,6 +5,7 @@ import process from 'node:process';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { FirnError, Program, Simulation, gridOf, requestDevice } from '../../examples/web/firn.mjs';
+import { Run, Source } from '../../examples/web/sources.mjs';
 
 const dawn = await import(pathToFileURL(join(process.env.FIRN_WEBGPU, 'node_modules/webgpu/index.js')));
 Object.assign(globalThis, dawn.globals);
@@ -143,6 +144,67 @@ test('an error of the program is thrown with its sentence, the particle and the 
     simulation.step();
     await assert.rejects(simulation.check(),
         { code: 7, particle: 3, step: 3, message: /^A particle was visited too often\. \(particle 3, .* step 3\)$/ });
+});
+
+// A set of particles counts its visits, and those of all sets on the grid, of which each knows its number.
+const counting = { ...manifest, name: 'another', material: 'gravel', status: { ...manifest.status, set: 3 },
+    uniforms: { ...manifest.uniforms,
+        fields: [...manifest.uniforms.fields, { name: 'set_number', type: 'u32', offset: 52, default: 0 }] } };
+const countingCode = code.replace('atomicStore(&status[1], i)', 'atomicStore(&status[3], words[3].y); $&');
+
+test('sets on one grid share its buffers, and a kernel without particles runs once', async () => {
+    const other = await Program.create(device, counting, countingCode);
+    const first = await Simulation.create(other, { particles: 10, domain });
+    const second = await Simulation.create(other, { particles: 7, capacity: 9, domain }, first);
+    assert.deepEqual(first.sets, [first, second]);
+    first.run(['visit', 'repeat']);
+    assert.deepEqual([...await first.read('visits')], Array(10).fill(1));
+    assert.deepEqual([...await second.read('visits')], Array(7).fill(1));
+    const echo = await second.readBuffer('echo');
+    assert.deepEqual([...echo], [...await first.readBuffer('echo')]);
+    assert.deepEqual([echo[0], echo[13]], [10, 0], 'the words of the first set');
+    second.run(['repeat']);
+    assert.deepEqual([...(await first.readBuffer('echo')).slice(0, 2)], [7, 9], 'and of the second one');
+    assert.equal((await first.readBuffer('echo'))[13], 1, 'its set_number');
+    second.set('particles', 9);
+    second.write({ mass: [8, 9] }, 7);
+    second.run(['visit']);
+    assert.deepEqual([...await second.read('mass')], [0, 0, 0, 0, 0, 0, 0, 8, 9]);
+    assert.deepEqual([...await second.read('visits')], [2, 2, 2, 2, 2, 2, 2, 1, 1]);
+    assert.deepEqual([...await first.read('visits')], Array(10).fill(1));
+    second.set('stop_at', 3);
+    first.step();
+    await assert.rejects(first.check(), { message: /\(particle 3 of gravel, at the latest in step 1\)$/ });
+});
+
+test('a set that cannot be on a grid is refused', async () => {
+    const first = await create(), second = await Simulation.create(program, { particles: 3, domain }, first);
+    const refuse = (grid, size, message) => assert.rejects(Simulation.create(program, { particles: 3, ...size }, grid),
+        (error) => error instanceof FirnError && message.test(error.message));
+    await refuse(first, { nodes: [4, 8] }, /have the same nodes/);
+    await refuse(second, { domain }, /with the first one on its grid/);
+    for (let k = 0; k < 6; ++k) await Simulation.create(program, { particles: 3, domain }, first);
+    await refuse(first, { domain }, /There are 8 sets/);
+    assert.equal(first.sets.length, 8);
+});
+
+test('bursts of a source are due as those of firn::Source', () => {
+    const samples = { position: [0, 0, 1, 0], volume: 0.01 };
+    const jet = Source.jet(samples, 0.5, 1000, [3, -4], { start: 1, end: 1.35 });
+    assert.equal(jet.rate, 10);
+    assert.deepEqual([jet.particles, jet.timeOf(3), jet.next], [2, 1.3, 1]);
+    assert.deepEqual([0.999, 1].map((time) => jet.isDue(time)), [false, true]);
+    jet.bursts = 4;
+    assert.deepEqual([jet.next, jet.isDue(2)], [Infinity, false]);
+    const wrong = (change, message) => assert.throws(() => new Source({ samples, density: 1, velocity: [1, 0],
+        ...change }), (error) => error instanceof FirnError && message.test(error.message));
+    wrong({ samples: { position: [], volume: 1 } }, /no particles/);
+    wrong({ rate: 0 }, /0 bursts a second/);
+    wrong({ density: NaN }, /NaN kg/);
+    wrong({ start: 2, end: 1 }, /from 2 s to 1 s/);
+    assert.throws(() => Source.jet(samples, 0.5, 1000, [0, 0]), /speed 0 m/);
+    const run = new Run({ sets: [] });
+    assert.throws(() => run.addSource({}, jet), /to a set of the run/);
 });
 
 test('too many particles are refused before any memory is taken, and as many as fit are not', async () => {
