@@ -66,8 +66,8 @@ int main() {
 
     //! ## Run it
     //!
-    //! `examples/web/firn.mjs` runs programs in a browser, in node or in Deno. `examples/web/run.sh` serves a web page
-    //! that runs scenes.
+    //! `examples/web/firn.mjs` runs programs in a browser, in node or in Deno, also those of several materials on one
+    //! grid; `examples/web/sources.mjs` adds sources. `examples/web/run.sh` serves a web page that runs scenes.
     //!
     //! In C++, a webgpu::Host runs a program, of which it knows nothing but the manifest:
     //!
@@ -103,7 +103,7 @@ int main() {
     //!   Where VolumeFilter shifts particles, and the host moves walls, it sets room_lower and room_upper anew.
     //!
     //! `06_emit_wgsl --list` lists the programs that it writes: every kernel, transfer and force form with one material,
-    //! every material with one of these, and snow with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a
+    //! every material with one of these, and five with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a
     //! program of any other combination.
     //!
     //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step, as on the CPU.

@@ -82,6 +82,7 @@ export class Player {
     }
 
     #drop() {
+        this.#run?.stop();
         this.simulation?.destroy();
         this.simulation = this.#run = null;
         this.#isRunning = false;
@@ -91,14 +92,14 @@ export class Player {
     }
 
     async #build() {
-        const { values } = this.controls, { urls, folder } = this.from;
+        const { values } = this.controls, { urls, folder } = this.from, { scene } = this;
         const start = folder ? await fetchCase(folder) : null;
-        this.box = start ? plainBox : this.scene.box;
+        this.box = start ? plainBox : scene.box;
         const cellSize = start?.uniforms.cell_size ?? longest(this.box) / values.cells;
         const domain = { ...this.box, cell_size: cellSize };
-        const several = !start && this.scene.sets ? await import('./sets.mjs') : null;
-        const fill = several ? several.fillSets : (...scene) => [fillBodies(...scene)];
-        const filled = start ? [start] : fill(this.scene, values.particles, cellSize, values.speed);
+        const several = !start && scene.sets ? await import('./sets.mjs') : null;
+        const fill = several ? several.fillSets : (...all) => [fillBodies(...all)];
+        const filled = start ? [start] : fill(scene, values.particles, cellSize, values.speed);
         const sizes = filled.map(({ particles, capacity = particles }) =>
             ({ particles, capacity, ...(start ? { nodes: start.uniforms.nodes } : { domain }) }));
         if (String(this.#programs?.map(({ url }) => url)) !== String(urls) || !this.#device)
@@ -110,7 +111,7 @@ export class Player {
             this.#showCase(start.uniforms);
         } else {
             sets.forEach((set, k) => {
-                if (several) several.writeSet(set, this.scene.sets[k], filled[k]);
+                if (several) several.writeSet(set, scene.sets[k], filled[k]);
                 else writeBodies(set, filled[k], values.density);
                 this.#place(set);
                 set.set('bound_time_step', 1); // a case takes the steps of the CPU
@@ -120,7 +121,7 @@ export class Player {
         this.#bodies = filled[0];
         if (!start) {
             for (const name of Object.keys(values)) this.apply(name, true);
-            if (!several) writeVaried(simulation, this.scene, filled[0]);
+            if (!several) writeVaried(simulation, scene, filled[0]);
         }
         simulation.initialise();
         if (several) {

@@ -76,6 +76,7 @@ export class Run {
     #end = NaN; // until which the device has the time left
     #counted = 0; // steps that the device had taken at the last look
     #step = 0; // about how long one is [s]
+    #isStopped = false;
 
     /**
      * @param simulation {Simulation} the first set of particles on a grid, before its first step
@@ -116,22 +117,25 @@ export class Run {
 
     /**
      * Takes steps until `duration` [s] has passed, or `most` steps are taken. A step ends where a burst is due, and the
-     * burst is added then; the steps do not depend on how many of them a call takes.
+     * burst is added then; the steps do not depend on how many of them a call takes. A call has to end before the next.
      * @returns the number of steps
      */
     async advance(duration, most = Infinity) {
         const { simulation } = this, end = this.time + duration, before = this.steps;
         this.#give();
-        while (this.time < end && this.steps - before < most) {
+        while (!this.#isStopped && this.time < end && this.steps - before < most) {
             const until = Math.min(end, this.nextBurst);
             this.#takeUntil(until);
             const wanted = this.#step > 0 ? Math.ceil((until - this.time) / this.#step) + 1 : atOnce;
             simulation.step(Math.min(wanted, most - (this.steps - before), betweenLooks), this.schedule());
             await this.#look(until);
-            this.#give();
+            if (!this.#isStopped) this.#give();
         }
         return this.steps - before;
     }
+
+    /** Lets advance() submit nothing more: before the simulation is destroyed. */
+    stop() { this.#isStopped = true; }
 
     /** Waits for steps until a time [s], and takes note of them. */
     async #look(until) {

@@ -44,12 +44,12 @@ function forComponents(manifest, files, f) {
 const matrix = { 9: 4, 4: 3 };
 const lacking = ({ count, less_one }, c) => Number(less_one === true && c % (matrix[count] ?? 1) === 0);
 
-/** The tank at its start, and its run. `batches`: how many steps each call of advance() takes. */
-async function pour(batches, schedule = 'step') {
+/** The tank and its run, until a time [s]. `batches`: how many steps each call of advance() takes. */
+async function pour(batches, schedule = 'step', until = time) {
     let first = null;
     for (const [k, name] of names.entries()) {
         const files = start[name], { particles } = files;
-        const capacity = particles + (name === source.set ? poured : 0);
+        const capacity = particles + (name === source.set ? poured : 1);
         const set = await Simulation.create(programs[k], { particles, capacity, domain }, first);
         first ??= set;
         forComponents(manifests[k], files, (component, at) => {
@@ -63,7 +63,7 @@ async function pour(batches, schedule = 'step') {
     const run = new Run(first, () => schedule), { position, volume, density, velocity, rate } = source;
     run.addSource(first.sets[names.indexOf(source.set)], new Source({ samples: { position, volume }, density, velocity,
         rate, start: source.start, end: source.end }));
-    while (run.time < time) await run.advance(time - run.time, batches);
+    while (run.time < until) await run.advance(until - run.time, batches);
     return run;
 }
 
@@ -110,6 +110,18 @@ await runTests({
         assert.equal(run.steps, steps);
         await compare(run);
         run.simulation.destroy();
+    },
+    async 'particles that a source has given bound the next step'() {
+        const { simulation } = await pour(0, 'step', 0), run = new Run(simulation), due = 1 / 1024;
+        run.addSource(simulation.sets[1], new Source({ samples: { position: [0.5, 0.8], volume: 1e-4 }, density: 1600,
+            velocity: [0, 60], start: due, end: due }));
+        await run.advance(due);
+        const { signal_speed: speed } = await simulation.status(), { time_step_safety: safety } = simulation.manifest;
+        assert.ok(speed > 60, `the fastest signal has ${speed} m/s`);
+        await run.advance(1, 1);
+        assert.ok(Math.abs(run.status.time_step * speed / (safety * domain.cell_size) - 1) < 1e-5);
+        assert.equal(simulation.sets[1].particles, start.sand.particles + 1);
+        simulation.destroy();
     },
 });
 device.destroy();
