@@ -21,7 +21,7 @@ const { domain, source, time, steps, start, end } = JSON.parse(read('sets.json')
 const names = ['fluid', 'sand', 'snow', 'fixed_corotated'];
 const numbersIn = (file, Type) => new Type(new Uint8Array(read(file)).buffer);
 const manifests = names.map((name) => JSON.parse(read(name, 'manifest.json')));
-const poured = 5 * source.position.length / 2;
+const poured = 3 * source.position.length / 2;
 
 const device = await requestDevice(gpu, manifests[0], { particles: 10_000, domain });
 const programs = await Promise.all(names.map((name, k) =>
@@ -121,6 +121,9 @@ await runTests({
         await run.advance(1, 1);
         assert.ok(Math.abs(run.status.time_step * speed / (safety * domain.cell_size) - 1) < 1e-5);
         assert.equal(simulation.sets[1].particles, start.sand.particles + 1);
+        simulation.setTimeLeft(0.1);
+        const { time_left: high, time_left_low: low } = await simulation.status();
+        assert.ok(high !== 0.1 && Math.abs(high + low - 0.1) < 1e-15, `${high} + ${low} s are left`);
         simulation.destroy();
     },
 });

@@ -229,7 +229,7 @@ void write_for_javascript(const std::filesystem::path& folder) {
     ball.angular_velocity = 0;
     const auto layer = sample_box<2>({0.1, 0.7}, {0.2, 0.7 + spacing}, {.spacing = spacing});
     Source<2> source{.samples = layer, .density = 1000, .velocity = {1, -3}, .rate = 256, .start = 1.0 / 512};
-    source.end = 9.0 / 512;
+    source.end = 5.0 / 512;
     std::array<wgsl::Program, materials> programs;
     for_materials([&]<class M>(std::type_identity<M>, std::size_t k) {
         programs[k] = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
@@ -255,7 +255,7 @@ void write_for_javascript(const std::filesystem::path& folder) {
             json.key("position").array(positions, number);
         });
         write_particles(json, folder, "start", programs, cpu);
-        constexpr double end = 25.0 / 1024;
+        constexpr double end = 13.0 / 1024;
         for (; source.time_of(source.bursts) <= source.end; ++source.bursts) {
             cpu.advance(source.time_of(source.bursts) - cpu.time());
             cpu.template set<Water>().add(layer, source.density, source.velocity);
