@@ -216,14 +216,14 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  to 0 [s]; largest_acceleration is that of the field at the nodes of the last step [m/s²]. The
 ///                  words time_left and time_left_low are the time left [s], as two numbers whose sum it is, which the
 ///                  host sets for bound_time_step 2; steps is the number of steps since the host set it to 0. The time
-///                  step of step k of these [s], from k = 0, is in word first_time_step + k % 256. If the host sets word
-///                  sort_needed + 5 s to 1, the next step counts the places of the particles with set_number s anew, as
-///                  the CPU does where particles were added. Only if there is an entry `volume`,
-///                  the name of a volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0
-///                  and the rate of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0. Only if the
-///                  transfer blends velocities: largest_momentum_before_forces and momentum_scale_before_forces. The
-///                  buffer "nodes" then has two numbers where else it has one: first those of all nodes with forces,
-///                  then those before forces act.
+///                  step of step k of these [s], from k = 0, is in word first_time_step + k % 256. If the host sets
+///                  word sort_needed + 5 s to 1, the next step counts the places of the particles with set_number s
+///                  anew, as the CPU does where particles were added. Only if there is an entry `volume`, the name of a
+///                  volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0 and the rate
+///                  of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0. Only if the transfer blends
+///                  velocities: largest_momentum_before_forces and momentum_scale_before_forces. The buffer "nodes"
+///                  then has two numbers where else it has one: first those of all nodes with forces, then those before
+///                  forces act.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
