@@ -9,6 +9,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/push.hpp>
 #include <firn/stage/shifting.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume.hpp>
