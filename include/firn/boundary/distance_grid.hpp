@@ -128,7 +128,7 @@ struct DistanceGrid {
         const double d = exact.reduced(cell, -1), beyond = norm(cell.beyond), most = std::sqrt(2.0) * radius;
         bool leaves = false;  // whether some of the points are outside of the box
         for (int a = 0; a < D; ++a) {
-            const double from_lower = x[a] - numbers->lower[a];
+            const double from_lower = x[a] + origin[a] - numbers->lower[a];
             const double size = (numbers->nodes[std::size_t(a)] - 1) * numbers->spacing;
             leaves = leaves || !(std::min(from_lower, size - from_lower) > radius);
         }

@@ -98,6 +98,9 @@ TEST_CASE("where a solid reaches the end of its grid, reaches() misses no node b
         CHECK(solid.reaches(lower, upper));
     };
     check(Collider<Grid>{.shape = shape, .contact = Contact::stick, .thickness = 0.01}, {1.5, -0.5}, {2.9, 0.9});
+    Grid moved = shape;  // the middle between the two is its origin
+    moved.origin = {2.2, 0.2};
+    check(Collider<Grid>{.shape = moved, .contact = Contact::stick, .thickness = 0.01}, {-0.7, -0.7}, {0.7, 0.7});
     check(Collider<Complement<Grid>>{.shape = {shape}, .contact = Contact::stick, .thickness = 0.01}, {1.5, -0.5},
           {0.5, -1.5});
 }
