@@ -28,6 +28,7 @@
 #include <firn/data/mesh.hpp>
 #include <firn/data/mesh_distance.hpp>
 #include <firn/data/particles.hpp>
+#include <firn/data/sampled_distance.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/field/attraction.hpp>
