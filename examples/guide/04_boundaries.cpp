@@ -7,7 +7,7 @@
 //! | --- | --- |
 //! | firn::Walls | the faces of a box, each with its contact and friction; the default |
 //! | firn::Collider | a shape that stands, moves or turns: firn::HalfSpace, firn::Box, firn::Sphere, firn::Capsule |
-//! | firn::Collider of a firn::DistanceGrid | a closed mesh; firn::mesh_distance makes the grid from the mesh |
+//! | firn::Collider of a firn::DistanceGrid | a closed mesh, or a function of signed distances |
 //! | firn::Together | several boundaries; you fix their number and types when you compile |
 //! | firn::BoundaryList | any number of boundaries of one type; you choose them at run time |
 //!
@@ -69,6 +69,15 @@ int main() {
     //! firn::Collider<firn::HalfSpace<float, 3>> slope{.shape = {.outward = {0.5F, 0.8660254F, 0}}, .friction = 0.4};
     //! firn::Collider<firn::DistanceGrid<float, 3>> bunny{.shape = {firn::mesh_distance(mesh, {.spacing = 0.01})}};
     //! bunny.rotation = firn::rotor({0, 1, 0}, firn::degrees(30));
+    //! ```
+    //!
+    //! A firn::DistanceGrid holds signed distances at the nodes of a grid, and works on a GPU, too. firn::mesh_distance
+    //! computes them from a mesh, firn::sampled_distance from a shape or a function of yours, which may be any C++:
+    //!
+    //! ```cpp
+    //! const auto waves = [](const firn::Vec<double, 2>& x) { return x[1] - 0.1 * std::sin(20 * x[0]); };
+    //! firn::Collider<firn::DistanceGrid<float, 2>> bed{.shape = {firn::sampled_distance<2>(
+    //!     waves, {.lower = {0, -0.2}, .upper = {1, 0.4}, .spacing = 0.01})}};
     //! ```
     //!
     //! ## Where several surfaces meet

@@ -26,8 +26,8 @@
 //!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
 //!   `webgpu::DeviceOptions` choose.
 //! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and
-//!   colliders that move, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies act on the CPU:
-//!   a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
+//!   colliders that move, also of meshes, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies
+//!   act on the CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
 //!   Loads are those of a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles,
 //!   reactions, and passes of your own are refused in a sentence. The state of one of several materials is
 //!   `gpu.state_of_set<firn::Snow<float>>()`.
@@ -95,8 +95,10 @@ int main() {
     //! - A program has all nodes of its domain, or those of blocks that particles reach
     //!   (`firn::wgsl::GridStorage::sparse`, one of the `firn::wgsl::ProgramOptions` of `make_program`).
     //! - Programs support all transfers but FMPM, and float; periodic axes with a sparse grid
-    //!   (`ProgramOptions::periodic`), but not meshes as boundaries. Each has one material; programs of several share the
-    //!   buffers of the grid.
+    //!   (`ProgramOptions::periodic`). Each has one material; programs of several share the buffers of the grid.
+    //! - A mesh, or a function that is sampled, is a firn::DistanceGrid. `make_inputs` returns its distances for the
+    //!   buffer `distances`, and uniforms tell where they lie: another mesh of the same type needs no other program, but
+    //!   other inputs. If distances are capped (`exact_up_to`), the cap is a fixed part of the program.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.

@@ -40,8 +40,8 @@ export async function fetchProgram(url) {
     return { manifest, code: await (await get(manifest.code)).text() };
 }
 
-const fullSize = ({ particles, capacity = particles, domain, nodes, blocks }) =>
-    ({ capacity, blocks, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
+const fullSize = ({ particles, capacity = particles, domain, nodes, blocks, distances }) =>
+    ({ capacity, blocks, distances, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
 
 /** Requests a device from `gpu` (navigator.gpu) with the limits for a program of this size, see Simulation.create(). */
 export async function requestDevice(gpu, manifest, size, options = { powerPreference: 'high-performance' }) {
@@ -121,15 +121,16 @@ export class Program {
 export class Simulation {
     /**
      * @param program {Program}
-     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[], blocks?: number}} the
-     *        number of particles; the most particles (default: their number); the domain, see gridOf(), or else the
-     *        nodes along each axis; for a sparse grid, how many blocks of nodes it has memory for
+     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[], blocks?: number,
+     *        distances?: number}} the number of particles; the most particles (default: their number); the domain, see
+     *        gridOf(), or else the nodes along each axis; for a sparse grid, how many blocks of nodes it has memory for;
+     *        how many numbers the buffer "distances" has (default: as the manifest says)
      * @param grid {Simulation} another set of particles, the first one on a grid of the same nodes: its buffers of the
      *        grid are used, and its steps take this set along
      */
     static async create(program, size, grid = null) {
-        const { device, manifest } = program, { capacity, nodes, blocks } = fullSize(size);
-        checkLimits(manifest, { capacity, nodes, blocks }, device.limits);
+        const { device, manifest } = program, full = fullSize(size), { capacity, nodes, blocks } = full;
+        checkLimits(manifest, full, device.limits);
         if (grid) grid.#require(nodes, blocks);
         for (const scope of ['out-of-memory', 'validation']) device.pushErrorScope(scope);
         const create = (label, bytes, usage) =>
@@ -139,7 +140,7 @@ export class Simulation {
             buffers.set(binding, grid.#buffer(name).gpu);
             shared.add(binding);
         }
-        for (const [binding, bytes] of bindingSizes(manifest, { capacity, nodes, blocks }))
+        for (const [binding, bytes] of bindingSizes(manifest, full))
             if (!shared.has(binding))
                 buffers.set(binding, create(`binding ${binding}`, bytes,
                     GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC));

@@ -27,9 +27,10 @@ export const hasOwnBuffers = ({ buffers }, { bindings }) => buffers.some((buffer
 
 /**
  * The number of particles, nodes, blocks, ... for `capacity` particles and `nodes` nodes along each axis; if the program's
- * grid is sparse, for `blocks` blocks of nodes.
+ * grid is sparse, for `blocks` blocks of nodes; and for `distances` numbers in grids of distances, if these are not those
+ * of the manifest.
  */
-export function extents(manifest, { capacity, nodes, blocks }) {
+export function extents(manifest, { capacity, nodes, blocks, distances = manifest.distances ?? 0 }) {
     if (!Number.isInteger(capacity) || capacity < 1)
         throw new FirnError(`The number of particles must be a positive integer, not ${capacity}.`);
     const good = (n) => Number.isInteger(n) && n > 0 && n % blockWidth === 0;
@@ -43,7 +44,7 @@ export function extents(manifest, { capacity, nodes, blocks }) {
     const lines = nodes.map((along, a) => [`${'xyz'[a]}_line`, node / along]);
     const bins = capacity + block * (nodesEach + 2);
     return { particle: capacity, particle_and_bin: bins, node, block, axis_node: nodes.reduce((a, b) => a + b, 0),
-        program: 1, ...Object.fromEntries(lines) };
+        distance: distances, program: 1, ...Object.fromEntries(lines) };
 }
 
 /** The bytes of each binding, by its number. Buffers of the manifest that share a binding share memory. */
@@ -60,7 +61,8 @@ export function bindingSizes(manifest, size) {
 
 /**
  * The device limits that a program of this size needs, named as in `requiredLimits` of requestDevice().
- * @param size {{capacity: number, nodes: number[]}} the most particles, and the nodes along each axis (multiples of 4)
+ * @param size {{capacity: number, nodes: number[], blocks?: number, distances?: number}} the most particles, and the nodes
+ *        along each axis (multiples of 4); see extents()
  */
 export function requiredLimits(manifest, size) {
     const largest = Math.max(...bindingSizes(manifest, size).values());
@@ -83,7 +85,7 @@ export function checkLimits(manifest, size, limits) {
             if (!(bytes > limits[limit])) continue;
             const fit = Math.floor(Math.min(limits.maxStorageBufferBindingSize, limits.maxBufferSize) / each);
             const advice = buffer.per === 'particle' ? `${fit} particles fit`
-                : 'use larger cells or a smaller domain';
+                : buffer.per === 'distance' ? 'use coarser grids of distances' : 'use larger cells or a smaller domain';
             throw new FirnError(`Buffer ${buffer.name} needs ${megabytes(bytes)} for ${count[buffer.per]} ` +
                 `${buffer.per}s, and ${limit} is ${megabytes(limits[limit])} here: ${advice}.`, { limit, fit });
         }

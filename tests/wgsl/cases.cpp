@@ -223,6 +223,45 @@ void write_mirrored(const std::filesystem::path& root) {
     write_case_file<2>(files, blocks.program, inputs, "step", 2, {}, wgsl::detail::mirror_error);
 }
 
+/// A shape with distances in a buffer around both blocks.
+Collider<Complement<DistanceGrid<float, 2>>> room() {
+    const auto distance = [](const Vec<double, 2>& x) {
+        return std::max(std::abs(x[0]) - 0.45, std::abs(x[1]) - 0.46);
+    };
+    Collider<Complement<DistanceGrid<float, 2>>> hollow{.friction = 0.5};
+    hollow.shape.hollow = {sampled_distance<2>(
+        distance, {.lower = {-0.5, -0.5}, .upper = {0.5, 0.47}, .spacing = 0.04, .exact_up_to = 0.4})};
+    hollow.position = {0.5, 0.5};
+    return hollow;
+}
+
+/// Grids of distances: of functions, and of a mesh that moves.
+void write_distances(const std::filesystem::path& root) {
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
+    auto moving = scenes::lump();
+    moving.linear_velocity = {0.25, 0.25};
+    moving.angular_velocity = -3;
+    moving.rotation = rotor(radians(0.4));
+    write_case<2, Apic, MlsForce>(root, "2d_distances", {0.3, 1.0 / 64, 1.0 / 32}, "step", 1, material, 0,
+                                  Together(scenes::rough_walls<2>(), moving, room()));
+    write_case<2, Pic, WeightGradientForce>(root, "2d_distances_sparse", {0.15, 1.0 / 128, 1.0 / 64}, "step", 30,
+                                            FixedCorotated<float>::from_young_poisson(2e3, 0.3), 3e-3, room(),
+                                            OwnVolume{}, wgsl::GridStorage::sparse);
+    // Beside mirrored walls, where particles are shifted off it.
+    write_case<2, Apic, MlsForce, Fluid<float>, QuadraticBSpline,
+               Together<Walls<float, 2>, Collider<DistanceGrid<float, 2>>>, VolumeFilter>(
+        root, "2d_distances_shifted", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 3,
+        Fluid<float>::from_properties({.viscosity = 5}), 2e-4, Together(scenes::mirrored_walls<2>(), scenes::lump()),
+        {.every = 1, .shifting = 20});
+
+    auto ramp = scenes::ramp();
+    ramp.rotation = rotor({1.0, 2.0, 3.0}, radians(0.2));
+    ramp.linear_velocity = {0.25, 0.5, -0.125};
+    ramp.angular_velocity = {1.0, -2.0, 3.0};
+    write_case<3, Apic, MlsForce>(root, "3d_distances", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 1, material, 0,
+                                  ramp);
+}
+
 /// Averages of the rates of volume change, also at mirrored walls.
 void write_averaged(const std::filesystem::path& root) {
     const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.4);
@@ -576,6 +615,7 @@ int main(int count, char** words) {
         write_averaged(root);
         write_filtered(root);
         write_blended(root);
+        write_distances(root);
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});

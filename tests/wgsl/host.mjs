@@ -4,7 +4,7 @@ import { join } from 'node:path';
 import process from 'node:process';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { FirnError, Program, Simulation, gridOf, requestDevice } from '../../examples/web/firn.mjs';
+import { FirnError, Program, Simulation, checkLimits, gridOf, requestDevice } from '../../examples/web/firn.mjs';
 import { Run, Source } from '../../examples/web/sources.mjs';
 
 const dawn = await import(pathToFileURL(join(process.env.FIRN_WEBGPU, 'node_modules/webgpu/index.js')));
@@ -102,6 +102,21 @@ test('the grid is that of firn::Domain', () => {
     const narrow = gridOf({ lower: [0, 0], upper: [0.7, 1], cell_size: 0.1 }); // 0.7 / 0.1 is a little less than 7
     assert.ok(narrow.cells[0] < 7 && narrow.cells[0] > 6.99999);
     assert.throws(() => gridOf({ lower: [0, 0], upper: [1, 0], cell_size: 0.1 }), FirnError);
+});
+
+test('a buffer of distances has as many as the manifest says, or as many as are given', async () => {
+    const buffers = [...manifest.buffers, { name: 'distances', binding: 20, per: 'distance', type: 'f32', count: 1 }];
+    const withGrids = { ...manifest, buffers, distances: 5 };
+    const other = await Program.create(device, withGrids, code);
+    for (const [more, count] of [[{}, 5], [{ distances: 7 }, 7]]) {
+        const simulation = await Simulation.create(other, { particles: 2, domain, ...more });
+        const numbers = Float32Array.from({ length: count }, (_, k) => 0.5 * k);
+        simulation.writeBuffer('distances', numbers);
+        assert.deepEqual(await simulation.readBuffer('distances'), numbers);
+        assert.throws(() => simulation.writeBuffer('distances', new Float32Array(6)), /24|28|20/);
+    }
+    const size = { capacity: 2, nodes: gridOf(domain).nodes, distances: 2 ** 40 };
+    assert.throws(() => checkLimits(withGrids, size, device.limits), /coarser grids of distances/);
 });
 
 test('positions are kept as a place in a block, and come back', async () => {

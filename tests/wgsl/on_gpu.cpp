@@ -123,6 +123,58 @@ void runs_are_the_cpus() {
     }
 }
 
+/// Colliders with distances in a buffer: of a mesh that moves; and beside several materials, of another grid later.
+void grids_of_distances(const webgpu::Device& device) {
+    auto ramp = scenes::ramp();
+    ramp.linear_velocity = {0.5, 4, -0.25};
+    ramp.angular_velocity = {1, -2, 3};
+    auto splash = made<3>(Fluid<float>{}, 1.0 / 20, 1e-4, ramp);
+    add_block<3>(splash, 1.0 / 30, {4, -20, 2});
+    compare("a mesh that moves", splash, 60, 2, device);
+    compare("a mesh that moves, in steps at their bound", bounded(std::move(splash)), 30, 1, device);
+
+    auto block = made<2>(FixedCorotated<float>::from_young_poisson(2e4, 0.3), 1.0 / 50, 4e-4,
+                         Together(scenes::rough_walls<2>(), scenes::lump()));
+    std::get<1>(block.boundary.parts).linear_velocity = {0.3, 0.5};
+    block.add(sample_box<2>({0.25, 0.5}, {0.5, 0.7}, {.spacing = 1.0 / 90}), 1000, {1, -2});
+    compare("a grid of distances, as on hardware", std::move(block), 60, 1,
+            webgpu::Device({.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true}));
+
+    using Water = Fluid<float>;
+    using Jelly = FixedCorotated<float>;
+    auto fixed = made<2>(Materials<Water, Jelly>({}, Jelly::from_young_poisson(5e4, 0.3)), 1.0 / 120, 1e-4,
+                         Together(scenes::rough_walls<2>(), scenes::lump()));
+    std::get<1>(fixed.boundary.parts).linear_velocity = {0.3, 0.5};
+    std::get<1>(fixed.boundary.parts).angular_velocity = 2;
+    fixed.template set<Water>().add(sample_box<2>({0.3, 0.52}, {0.4, 0.6}, {.spacing = 1.0 / 240}), 1000, {3, -9});
+    fixed.template set<Jelly>().add(sample_box<2>({0.42, 0.52}, {0.5, 0.6}, {.spacing = 1.0 / 240}), 2000, {-3, -9});
+    for (const bool at_bound : {false, true}) {
+        auto cpu = at_bound ? bounded(fixed) : fixed;
+        auto gpu = webgpu::on_gpu(cpu, device);
+        const std::string name = sentence("two materials on a grid of distances", at_bound ? ", bounded: " : ": ");
+        check(gpu.blocks() > 0, name + "the nodes are sparse");
+        const auto compare_after = [&](const std::string& part, int steps, const auto& change) {
+            change(std::get<1>(cpu.boundary.parts).shape), change(std::get<1>(gpu.edit().boundary.parts).shape);
+            const std::uint64_t before = cpu.steps();
+            const double duration = (steps - 0.5) * fixed.fixed_time_step;
+            cpu.advance(duration), gpu.advance(duration);
+            check(cpu.steps() > before, name + part + "steps are taken");
+            check_same_state(name + part + "water, ", state_of(cpu.template set<Water>()),
+                             gpu.template state_of_set<Water>());
+            check_same_state(name + part + "jelly, ", state_of(cpu.template set<Jelly>()),
+                             gpu.template state_of_set<Jelly>());
+        };
+        const auto lump_of = [](double radius, double spacing = 0.03) {
+            return [=](auto& shape) { shape = scenes::lump(radius, spacing).shape; };
+        };
+        compare_after("", 60, [](const auto&) {});
+        compare_after("other distances, ", 60, lump_of(0.12));
+        compare_after("others, ", 4, lump_of(0.13));
+        compare_after("others soon, ", 4, lump_of(0.15));  // in the same buffers
+        compare_after("more distances, ", 30, lump_of(0.16, 0.02));
+    }
+}
+
 /// Blocks of the grid are found where particles are, and memory for them is made.
 void sparse_grids() {
     const auto burst = [] {
@@ -575,6 +627,7 @@ int main() {
         runs_are_the_cpus();
         for (const bool at_bound : {false, true}) four_materials(at_bound);
         sources(webgpu::Device());
+        grids_of_distances(webgpu::Device());
         sparse_grids();
         periodic_domains();
         loads();

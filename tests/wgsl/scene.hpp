@@ -2,6 +2,9 @@
 #pragma once
 
 #include "support/scenes.hpp"
+#include <firn/boundary/collider.hpp>
+#include <firn/data/mesh_distance.hpp>
+#include <firn/data/sampled_distance.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
 
@@ -104,6 +107,33 @@ firn::Walls<float, D> mirrored_walls(double inset = 0) {
     }
     walls.nodes_behind = firn::NodesBehind::mirrored;
     return walls;
+}
+
+/// A solid by distances at nodes, whose grid it leaves on two sides; along each axis, there are other numbers of nodes.
+inline firn::Collider<firn::DistanceGrid<float, 2>> lump(double radius = 0.11, double spacing = 0.03) {
+    const auto distance = [&](const firn::Vec<double, 2>& x) {
+        return norm(firn::Vec<double, 2>{0.8 * x[0], x[1]}) - radius + 0.02 * std::sin(40 * x[1]);
+    };
+    firn::Collider<firn::DistanceGrid<float, 2>> solid{
+        .shape = {firn::sampled_distance<2>(distance,
+                                            {.lower = {-0.2, -0.17}, .upper = {0.1, 0.09}, .spacing = spacing})},
+        .friction = 0.4,
+        .thickness = 0.01};
+    solid.shape.origin = {0.01, 0};
+    solid.position = {0.37, 0.37};
+    return solid;
+}
+
+/// A mesh of eight triangles, on which the lower block lies.
+inline firn::Collider<firn::DistanceGrid<float, 3>> ramp() {
+    firn::TriangleMesh wedge;
+    wedge.vertices = {{-0.35, 0, -0.3}, {0.4, 0, -0.3}, {0.4, 0.3, -0.3},
+                      {-0.35, 0, 0.45}, {0.4, 0, 0.45}, {0.4, 0.3, 0.45}};
+    wedge.triangles = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {0, 3, 5}, {0, 5, 2}};
+    firn::Collider<firn::DistanceGrid<float, 3>> solid{
+        .shape = {firn::mesh_distance(wedge, {.spacing = 0.05, .band = 0.06})}, .friction = 0.5};
+    solid.position = {0.4, 0.1, 0.4};
+    return solid;
 }
 
 /// Two blocks after ten steps, strained at random; and the program for what comes next.

@@ -9,8 +9,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
+#include <cstdint>
 #include <limits>
 #include <memory>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -51,6 +55,83 @@ struct DistanceNumbers {
     }
 };
 
+namespace detail {
+
+/// A grid of distances in memory, as functions with scalar S read it.
+template <scalar S, int D, class Number>
+struct GridInMemory {
+    static constexpr int lanes = scalar_traits<S>::lanes;
+    const DistanceNumbers<Number, D>& of;
+    const Vec<double, D>& origin;
+
+    /// Which number of the grid each lane reads.
+    struct Place {
+        std::size_t first[lanes] = {}, stride[D];
+    };
+    FIRN_INLINE Place begin() const {
+        Place place;
+        for (std::size_t a = D, step = 1; a-- > 0; step *= std::size_t(of.nodes[a])) place.stride[a] = step;
+        return place;
+    }
+    /// Goes on by so many nodes along axis a.
+    FIRN_INLINE static void go_on(Place& place, const S& nodes, int a) {
+        for (int lane = 0; lane < lanes; ++lane)
+            place.first[lane] += std::size_t(lane_value(nodes, lane)) * place.stride[a];
+    }
+    /// Returns the number at a corner of the cell that begins there; the last axis runs fastest.
+    FIRN_INLINE S number(const Place& place, int corner) const {
+        std::size_t offset = 0;
+        for (int a = 0; a < D; ++a) offset += (corner >> (D - 1 - a) & 1) != 0 ? place.stride[a] : 0;
+        return from_lanes<S>([&](int lane) { return of.values[place.first[lane] + offset]; });
+    }
+    FIRN_INLINE S lower_along(int a) const { return S(of.lower[a] - origin[a]); }
+    FIRN_INLINE S nodes_less(int a, int k) const { return S(of.nodes[std::size_t(a)] - k); }
+    FIRN_INLINE S step() const { return S(of.spacing); }
+    FIRN_INLINE S per_step() const { return S(1 / of.spacing); }
+};
+
+/// A grid of distances that lie in a buffer of a program for a GPU.
+/// \tparam S      scalar type: the one that records, or double for what the program must be told
+/// \tparam Index  type of what counts numbers of the buffer; when it is recorded, S
+template <class S, int D, class Index = S>
+struct GridInProgram {
+    Vec<S, D> lower{}, nodes{};
+    S spacing{}, per_spacing{};
+    Vec<Index, D> strides{};  // from a node to the next one along each axis
+    Index first{};            // where the grid begins in the buffer
+
+    template <class T>
+    using with_scalar = GridInProgram<T, D>;
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"lower", "m", &GridInProgram::lower},
+                          parameter{"nodes", "1", &GridInProgram::nodes},
+                          parameter{"spacing", "m", &GridInProgram::spacing},
+                          parameter{"per_spacing", "1/m", &GridInProgram::per_spacing},
+                          parameter{"strides", "1", &GridInProgram::strides},
+                          parameter{"first", "1", &GridInProgram::first}};
+    }
+
+    Index begin() const { return first; }
+    void go_on(Index& place, const S& count, int a) const { place = index_after(place, count, stride(a)); }
+    S number(Index place, int corner) const {
+        for (int a = 0; a < D; ++a)
+            if ((corner >> (D - 1 - a) & 1) != 0) place = index_after(place, S(1), stride(a));
+        return distance_at(place);
+    }
+    S lower_along(int a) const { return lower[a]; }
+    S nodes_less(int a, int k) const { return nodes[a] - S(k); }
+    S step() const { return spacing; }
+    S per_step() const { return per_spacing; }
+
+private:
+    Index stride(int a) const { return a == D - 1 ? Index(1) : strides[a]; }
+};
+
+/// Nothing of a program: what a shape on the CPU has.
+struct NotInProgram {};
+
+}  // namespace detail
+
 /// A shape given by signed distances at the nodes of a grid.
 ///
 /// Inside the box of the grid, the distance is interpolated linearly along each axis. The normal is the direction of
@@ -67,9 +148,12 @@ struct DistanceNumbers {
 /// large balls meet a small mesh, give the grid a wider band. If d < 0, the solid ends at the box: the distance is
 /// d + ‖x − p‖, and the normal points from p to x.
 ///
-/// Use a DistanceGrid for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh.
-/// The shape works on the CPU only. Copies of the shape share the stored distances.
-/// \tparam Number  type of the stored distances, float or double, independent of S
+/// Use a DistanceGrid for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh,
+/// sampled_distance() those of a function. Copies of the shape share the stored distances.
+///
+/// A program for a GPU reads distances in float from its buffer "distances", which all grids of a boundary share. Where
+/// they lie is told by uniforms, so the program is the same for every mesh.
+/// \tparam Number  type of the stored distances, float or double, independent of S; float for a program
 template <scalar S, int D, class Number = float>
 struct DistanceGrid {
     std::shared_ptr<const DistanceNumbers<Number, D>> numbers;  ///< The grid and its distances; must not be null.
@@ -81,8 +165,18 @@ struct DistanceGrid {
     template <class T>
     using with_scalar = DistanceGrid<T, D, Number>;
 
+    /// Whether a program for a GPU is recorded: then the distances are those of its buffer.
+    static constexpr bool in_program = !has_lanes<S>;
+    /// Where the distances are in the buffer of a program; empty on the CPU.
+    [[no_unique_address]] std::conditional_t<in_program, detail::GridInProgram<S, D>, detail::NotInProgram> grid{};
+
     static constexpr const char* name = "distance_grid";
-    static constexpr auto parameters() { return std::tuple{}; }
+    static constexpr auto parameters() {
+        if constexpr (in_program)
+            return std::tuple{parameter{"grid", "", &DistanceGrid::grid}};
+        else
+            return std::tuple{};
+    }
 
     /// Checks the grid and its distances.
     /// \throws parameter_error if `numbers` is null, or if DistanceNumbers::check() throws it
@@ -99,10 +193,26 @@ struct DistanceGrid {
     /// Returns this shape with scalar type T. The copy shares the stored distances with this shape.
     template <class T>
     with_scalar<T> lifted() const {
-        static_assert(has_lanes<T>,
-                      "firn: a DistanceGrid reads its distances from memory that a program for a GPU does not have; "
-                      "use a shape with a formula there.");
-        return {numbers, origin};
+        static_assert(has_lanes<T> || std::same_as<Number, float>,
+                      "firn: a program for a GPU reads distances in float: use DistanceGrid<float, D>, whose distances "
+                      "are in float on the CPU, too.");
+        if constexpr (in_program)
+            return {numbers, origin, lift<T>(grid)};
+        else
+            return {numbers, origin};
+    }
+    /// Returns what a program for a GPU is told of the grid, whose distances begin at the index `first` of its buffer.
+    auto told_to_program(std::uint32_t first) const
+        requires(!in_program && std::same_as<Number, float>)
+    {
+        detail::GridInProgram<double, D, std::uint32_t> told{numbers->lower - origin, {}, numbers->spacing,
+                                                             1 / numbers->spacing,    {}, first};
+        std::uint32_t step = 1;
+        for (int a = D - 1; a >= 0; step *= std::uint32_t(numbers->nodes[std::size_t(a--)])) {
+            told.nodes[a] = numbers->nodes[std::size_t(a)];
+            told.strides[a] = step;
+        }
+        return told;
     }
     /// Returns this shape for positions that are measured from another point, and this point [m]. Where the grid is far
     /// from its origin, such as one of a mesh in map coordinates, that is the grid's lower corner.
@@ -181,26 +291,26 @@ private:
     };
 
     FIRN_INLINE Cell locate(const Vec<S, D>& x) const {
-        constexpr int lanes = scalar_traits<S>::lanes;
-        const DistanceNumbers<Number, D>& of = *numbers;
         Cell cell{};
-        std::size_t first[lanes] = {}, stride[D];
-        for (std::size_t a = D, step = 1; a-- > 0; step *= std::size_t(of.nodes[a])) stride[a] = step;
+        const auto of = stored();
+        auto first = of.begin();
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const S from_lower = x.v[a] - S(of.lower[a] - origin[a]), spacing = S(of.spacing);
-            const int last = of.nodes[a] - 1;
-            const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN gives 0
-            const S node = min(S(last - 1), floor(within));
+            const S from_lower = x.v[a] - of.lower_along(a), spacing = of.step();
+            const S place = from_lower / spacing, within = min(of.nodes_less(a, 1), max(S(0), place));  // NaN gives 0
+            const S node = min(of.nodes_less(a, 2), floor(within));
             cell.fraction.v[a] = within - node;
             cell.beyond.v[a] = select(within == place, S(0), from_lower - within * spacing);
-            for (int lane = 0; lane < lanes; ++lane) first[lane] += std::size_t(lane_value(node, lane)) * stride[a];
+            of.go_on(first, node, a);
         });
-        for (int corner = 0; corner < corners; ++corner) {
-            std::size_t offset = 0;
-            for (int a = 0; a < D; ++a) offset += (corner >> (D - 1 - a) & 1) != 0 ? stride[a] : 0;
-            cell.at[corner] = from_lanes<S>([&](int lane) { return of.values[first[lane] + offset]; });
-        }
+        for (int corner = 0; corner < corners; ++corner) cell.at[corner] = of.number(first, corner);
         return cell;
+    }
+    /// Returns the grid as functions with this scalar read it.
+    FIRN_INLINE auto stored() const {
+        if constexpr (in_program)
+            return grid;
+        else
+            return detail::GridInMemory<S, D, Number>{*numbers, origin};
     }
     /// Returns the signed distance [m] in the cell. If `along` is −1, the distance is interpolated along all axes. If
     /// `along` is an axis, the result is the difference between the two sides of the cell along this axis, interpolated
@@ -219,7 +329,7 @@ private:
     FIRN_INLINE Vec<S, D> gradient(const Cell& cell) const {
         Vec<S, D> slope{};
         unroll<D>([&](auto a) FIRN_LAMBDA { slope.v[a] = reduced(cell, a); });
-        return slope * S(1 / numbers->spacing);
+        return slope * stored().per_step();
     }
 };
 

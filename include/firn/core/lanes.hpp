@@ -24,7 +24,7 @@ FIRN_INLINE T lane_value(pack<T, N> a, int lane) {
     return a[lane];
 }
 template <class T>
-FIRN_INLINE auto lane_value(const dual<T>& a, int lane) {
+FIRN_INLINE auto lane_value(const dual<T>& a, int lane) -> decltype(lane_value(a.value, lane)) {
     return lane_value(a.value, lane);
 }
 /// @}

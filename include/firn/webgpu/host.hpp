@@ -104,8 +104,8 @@ public:
 
     /// Returns whether take() can have these inputs in place of a new Host of the program, on the same grid.
     bool is_for(const wgsl::Program& program, const wgsl::Inputs& inputs, const Host* grid = nullptr) const {
-        return program.code == program_->code && has_room_for(inputs) &&
-               (!grid || grid->buffer("nodes") == buffer("nodes"));
+        return program.code == program_->code && program.distances.size() == program_->distances.size() &&
+               has_room_for(inputs) && (!grid || grid->buffer("nodes") == buffer("nodes"));
     }
     /// Replaces the uniforms and the contents of buffers by those of inputs for as many particles and nodes.
     /// \throws usage_error  if the inputs were made for a different program, or for more or fewer particles or nodes
@@ -316,7 +316,8 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// Sets the uniforms of a policy to its present parameters, for example after a boundary has moved.
+    /// Sets the uniforms of a policy to its present parameters, for example after a boundary has moved. Grids of
+    /// distances stay what they are.
     /// \param prefix  which policy it is: "material", "boundary", "field" or "transfer"
     /// \throws usage_error  if the program has no uniform for one of the parameters
     template <class Policy>
@@ -497,6 +498,7 @@ private:
                                           {"block", blocks},
                                           {"block_workgroup", blocks},
                                           {"axis_node", along},
+                                          {"distance", program_->distances.size()},
                                           {"x_line", across(0)},
                                           {"y_line", across(1)},
                                           {"z_line", across(2)},

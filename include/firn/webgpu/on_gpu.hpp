@@ -553,11 +553,11 @@ private:
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
 /// Simulations may have up to eight materials, any transfer but FMPM, any kernel, force form and boundary (with
-/// colliders that move), FBar and VolumeFilter (its particle shifting with one material), and loads of a UniformForce,
-/// which then are added in float: see FixedPoint::float_steps. Sources, sinks and lifespans
-/// of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the particles come
-/// there and back. Their sums must be FixedPoint<std::int32_t>, and their steps fixed or chosen in float, see
-/// FixedPoint::float_steps. What a GPU cannot do is refused in a sentence.
+/// colliders that move, also of meshes and other grids of distances in float), FBar and VolumeFilter (its particle
+/// shifting with one material), and loads of a UniformForce, which then are added in float: see
+/// FixedPoint::float_steps. Sources, sinks and lifespans of bodies act on the CPU: where a burst is due, a body ends or
+/// a particle may have met a sink, the particles come there and back. Their sums must be FixedPoint<std::int32_t>, and
+/// their steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

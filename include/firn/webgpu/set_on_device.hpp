@@ -86,6 +86,8 @@ struct SetOnDevice {
                 wgsl::set_loads(inputs, int(loads.size()), chunk.ids,
                                 [&](std::size_t k, std::uint32_t id) { return loads[k].body.holds(id); });
             const Host* const of_grid = grid || c == 0 ? grid : chunks[0].host.get();
+            if (of_grid)  // which has them
+                std::erase_if(inputs.buffers, [](const auto& buffer) { return buffer.first == "distances"; });
             if (chunk.host && chunk.host->is_for(program, inputs, of_grid)) {
                 chunk.host->take(inputs);
                 continue;

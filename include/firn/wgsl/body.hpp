@@ -176,7 +176,9 @@ private:
     Expression expression(int i) const {
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
-        const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
+        const auto call = [&](const char* name, const char* open = "(", const char* close = ")") {
+            return Expression{name + (open + expression(n.a).text + close), 3};
+        };
         const auto exact = [&](const char* name) {
             return Expression{name + ("(" + expression(n.a).text + ", " + expression(n.b).text + ")"), 3};
         };
@@ -246,6 +248,16 @@ private:
                 return call("significand_of");
             case Op::leading_half:
                 return call("leading_half");
+            case Op::index_after: {
+                const bool is_next = is_one(n.b), is_beside = is_one(n.c);
+                const std::string count = "u32(" + expression(n.b).text + ")";
+                return {within(expression(n.a), 1) + " + " +
+                            (is_next ? within(is_beside ? Expression{"1u", 3} : expression(n.c), 3)
+                                     : count + (is_beside ? "" : " * " + within(expression(n.c), 3))),
+                        1};
+            }
+            case Op::distance_at:
+                return call("distances", "[", "]");
             case Op::loop_value:
             case Op::loop_result:
                 return {variable(n.a, n.b), 3};
@@ -271,6 +283,7 @@ private:
         return node(other).op == Op::constant && (of_sums ? is_sum(i) : op == inner.op) &&
                (node(inner.a).op == Op::constant || node(inner.b).op == Op::constant);
     }
+    bool is_one(int i) const { return node(i).op == Op::constant && node(i).value == 1; }
     bool is_sum(int i) const { return node(i).op == Op::add || node(i).op == Op::subtract; }
     /// Returns whether node i is a sum that has a term in common with node k. Some GPU compilers turn (a + b) − a into
     /// b, and (a + b) + (c − a) into b + c.

@@ -23,7 +23,7 @@ namespace firn::inline FIRN_BUILD::wgsl {
 
 /// The kind of operation that a node of the graph does. The operands are the values of the nodes with the indices `a`,
 /// `b` and `c`. For the last three kinds (loop, loop_value and loop_result), `a` is the index of a loop and `b` the
-/// index of a variable of this loop.
+/// index of a variable of this loop. Values are f32, of comparisons and logic bool, and of index_after u32.
 enum class Op : std::uint8_t {
     constant,        ///< a constant
     truth,           ///< a constant mask: true or false
@@ -49,6 +49,8 @@ enum class Op : std::uint8_t {
     exponent_of,     ///< the exponent e of a = m 2ᵉ with 1 ≤ m \< 2
     significand_of,  ///< the factor m of a = m 2ᵉ with 1 ≤ m \< 2
     leading_half,    ///< `a` with all binary digits after the leading 12 set to zero
+    index_after,     ///< a + b c, where `a` and `c` count numbers of a buffer, and the f32 `b` is an integer
+    distance_at,     ///< the number of the buffer "distances" at the index `a`
     loop,            ///< all passes of the loop Graph::loops[a]
     loop_value,      ///< value of variable `b` of loop `a` at the start of a pass
     loop_result,     ///< value of variable `b` of loop `a` after the last pass
@@ -185,6 +187,8 @@ public:
         if (nodes[mask].op == Op::truth) return nodes[mask].value != 0 ? if_true : if_false;
         return push({Op::select, mask, if_true, if_false});
     }
+    /// Adds an index of a buffer, a + b c, from indices that nodes `a` and `c` compute and an integer of node `b`.
+    int index_after(int a, int b, int c) { return push({Op::index_after, a, b, c}); }
     /// @}
 
     /// Returns whether node `mask` is the constant false. A node that is not a constant is added to `guards`.

@@ -81,7 +81,7 @@ void for_numbers_of(const Policy& policy, const std::string& prefix, const F& f)
 }
 
 /// Sets the uniforms of a policy (a material, a boundary or an acceleration field) to the policy's present parameters,
-/// for example after a boundary has moved.
+/// for example after a boundary has moved. Grids of distances stay what they are: make the program again for others.
 /// \param policy  the policy, of the type for which the program was made
 /// \param prefix  which policy it is: "material", "boundary" or "field"
 /// \throws usage_error  if the program has no uniform for one of the policy's parameters
@@ -284,6 +284,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     }
 
     inputs.buffers.emplace_back("coordinates", detail::node_coordinates(domain, inputs.nodes));
+    if (program.distances.size() > 0) inputs.buffers.emplace_back("distances", program.distances.joined());
     return inputs;
 }
 

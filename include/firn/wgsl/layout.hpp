@@ -8,8 +8,11 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/wgsl/arithmetic.hpp>
+#include <firn/wgsl/grids.hpp>
 
 #include <algorithm>
+#include <concepts>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -52,7 +55,8 @@ struct Buffer {
     int binding;       ///< binding number of the buffer in group 0
     /// The kind of item for which the buffer has `count` values: "particle", "node", "block" (of 4^D nodes),
     /// "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node" (a node along one axis; first all
-    /// nodes along x, then all along y, then all along z) or "program" (a single item).
+    /// nodes along x, then all along y, then all along z), "distance" (a node of a grid of distances) or "program" (a
+    /// single item).
     std::string per;
     int count;                          ///< number of values that the buffer has for each item
     std::vector<Component> components;  ///< fields in the buffer, in their order; empty if `per` is not "particle"
@@ -121,6 +125,7 @@ struct Program {
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
     std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order_of())
     std::vector<MirroredWall> mirrors{};   ///< mirrored walls, in the order in which they act
+    Distances distances{};                 ///< of the shapes that have grids, when the program was made
     std::string code;                      ///< the WGSL text of the program
 
     /// Returns the buffer of a given name.
@@ -198,17 +203,38 @@ public:
     }
     template <class Policy>
     void add_policy(const Policy& policy, const std::string& prefix) {
-        for_parameters(
+        add_parameters(policy, prefix + "_");
+        for_grids(
             policy,
-            [&](const std::string& name, const char* unit, const auto& value) {
-                std::vector<double> values = firn::detail::as_doubles(value);
-                std::string type = values.size() == 1 ? "f32" : "vec" + std::to_string(values.size()) + "<f32>";
-                add(name, std::move(type), unit, "", std::move(values));
-            },
+            [&](const auto& shape, const std::string& name) { add_parameters(program_.distances.add(shape), name); },
             prefix + "_");
     }
 
 private:
+    template <class Policy>
+    void add_parameters(const Policy& policy, const std::string& before) {
+        for_parameters(
+            policy,
+            [&](const std::string& name, const char* unit, const auto& value) {
+                std::vector<double> values = firn::detail::as_doubles(value);
+                const std::string number = counts(value) ? "u32" : "f32";
+                std::string type = values.size() == 1 ? number : sentence("vec", values.size(), "<", number, ">");
+                add(name, std::move(type), unit, "", std::move(values));
+            },
+            before);
+    }
+    /// Whether a parameter counts numbers of a buffer.
+    /// @{
+    template <class T>
+    static constexpr bool counts(const T&) {
+        return std::same_as<T, std::uint32_t>;
+    }
+    template <class T, int D>
+    static constexpr bool counts(const Vec<T, D>&) {
+        return std::same_as<T, std::uint32_t>;
+    }
+    /// @}
+
     Program& program_;
 };
 
@@ -228,7 +254,8 @@ enum Binding {
     rates,
     rate_sums,
     block_table,
-    loads
+    loads,
+    distances
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -318,6 +345,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("bins", "u32", bins, "particle_and_bin", 1);
     if (facts.options.loads > 0) add("loads", "f32", loads, "particle", 1, {{"loads", 1, "1"}});
     if (facts.sparse) add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
+    if (program.distances.size() > 0) add("distances", "f32", distances, "distance", 1);
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
@@ -378,6 +406,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort" && name != "push") ||
                                  per == "block_workgroup" || name == "grid_update";
         if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
+        const bool finds_solids = name == "grid_update" || name == "find_excess" || name == "shift_particles";
+        if (program.distances.size() > 0 && finds_solids) bindings.emplace_back(distances, false);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
         std::sort(bindings.begin(), bindings.end());
         program.entry_points.push_back({name, per, size, std::move(bindings)});

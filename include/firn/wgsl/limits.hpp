@@ -106,6 +106,10 @@ inline void check_fits(const Program& program, std::uint64_t particles, const st
                                            4 * detail::words_of_bins(program, particles, all_nodes), " bytes for ",
                                            particles, " particles and ", all_nodes, " nodes, and can have at most ",
                                            most, " bytes (", name, "). Use larger cells or a smaller domain."));
+        if (b.per == "distance" && program.distances.size() > most / each)
+            throw parameter_error(sentence("The buffer '", b.name, "' needs ", each * program.distances.size(),
+                                           " bytes for the grids of distances, and can have at most ", most, " bytes (",
+                                           name, "). Take a wider spacing or a narrower band."));
         if (b.per == "node" && all_nodes > most / each)
             throw parameter_error(sentence("The buffer '", b.name, "' needs ", each,
                                            " bytes per node and can have at most ", most, " bytes (", name,

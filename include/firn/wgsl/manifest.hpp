@@ -196,12 +196,17 @@ inline void write_status_words(Json& json, const Program& program) {
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
 ///                  values for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes),
 ///                  "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node"
-///                  (a node along one axis: first all along x, then all along y, then all along z) or "program" (only
-///                  one item). If `per` is "particle", the c-th value (from 0) of particle i is at index
-///                  c * capacity + i; `components` lists the fields that consist of these values, with the name,
-///                  count of values and unit of each. A field of a material's state also has a default: its value in
-///                  a body at rest. If `less_one` is true, the buffer has F − I of a matrix F, or J − 1 of a number J;
-///                  the default is F or J.
+///                  (a node along one axis: first all along x, then all along y, then all along z), "distance" (a
+///                  number of a grid of distances) or "program" (only one item). If `per` is "particle", the c-th value
+///                  (from 0) of particle i is at index c * capacity + i; `components` lists the fields that consist of
+///                  these values, with the name, count of values and unit of each. A field of a material's state also
+///                  has a default: its value in a body at rest. If `less_one` is true, the buffer has F − I of a matrix
+///                  F, or J − 1 of a number J; the default is F or J.
+///     distances    only if shapes have grids of distances: the number of all their distances with the default
+///                  uniforms. A host writes them to the buffer "distances", one grid after another, as make_inputs()
+///                  returns them. Of each shape, the uniforms that end in grid_first, grid_strides, grid_nodes,
+///                  grid_lower and grid_spacing tell at which number its grid begins, how far neighbours along an axis
+///                  are apart, and what nodes it has.
 ///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the binding number and access
 ///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle", "node" or
 ///                  "block", one invocation for each line of nodes along an axis ("x_line", "y_line", "z_line"), one
@@ -246,6 +251,7 @@ inline std::string manifest(const Program& program) {
             json.field("binding", 0).field("bytes", program.uniform_bytes);
             json.key("fields").array(program.uniforms, [&](const Uniform& u) { detail::write(json, u); });
         });
+        if (program.distances.size() > 0) json.field("distances", std::uint64_t(program.distances.size()));
         json.key("buffers").array(program.buffers, [&](const Buffer& b) { detail::write(json, b); });
         json.key("kernels").array(program.entry_points, [&](const EntryPoint& e) { detail::write(json, e); });
         const auto text = [&](const std::string& s) { json.value(s); };

@@ -50,7 +50,7 @@ public:
             if (output == nothing)
                 throw usage_error("The definition of " + name + " leaves a number of its result without a value.");
         std::vector<std::string> taken = names;
-        taken.insert(taken.end(), {"params", "chosen"});
+        taken.insert(taken.end(), {"params", "chosen", "distances"});
         const Body body(recording.graph, outputs, taken, arithmetic_);
         functions_ += "/// " + comment + "\n" + "fn " + name + "(" + detail::joined(parameters, ", ") + ") -> " +
                       shape<Result>::type() + " {\n" + body.statements() + "    return " +

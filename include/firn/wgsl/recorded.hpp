@@ -6,6 +6,7 @@
 #pragma once
 
 #include <firn/core/bits.hpp>
+#include <firn/core/dual.hpp>
 #include <firn/core/scalar.hpp>
 #include <firn/math/elementary.hpp>
 #include <firn/wgsl/graph.hpp>
@@ -142,6 +143,14 @@ struct recorded {
     friend recorded exponent_of(recorded a) { return unary(Op::exponent_of, a); }
     friend recorded significand_of(recorded a) { return unary(Op::significand_of, a); }
     friend recorded leading_half(recorded a) { return unary(Op::leading_half, a); }
+    /// Adds the index a + b c of a number in a buffer, and returns it. It can be used in calls of index_after() and
+    /// distance_at() only. `a` and `c` are such indices, inputs of the type u32 or the constant 1; `b` is an integer
+    /// from 0 on.
+    friend recorded index_after(recorded a, recorded b, recorded c) {
+        return of(Recording::current().index_after(checked(a), checked(b), checked(c)));
+    }
+    /// Adds the number of the program's buffer "distances" at an index, and returns it.
+    friend recorded distance_at(recorded index) { return unary(Op::distance_at, index); }
     /// @}
 
     /// Returns `excess` if the recorded number is 1 + excess, without an operation if that is known. \see
@@ -226,6 +235,17 @@ struct scalar_traits<wgsl::recorded> {
     static constexpr int lanes = 1;            ///< number of particles whose values a `recorded` contains
     static constexpr bool has_friends = true;  ///< its functions (sqrt, …) are friends, see firn::has_friends
 };
+
+/// Returns an index or a distance as a dual number, whose derivative is zero. \see wgsl::recorded
+/// @{
+inline dual<wgsl::recorded> index_after(const dual<wgsl::recorded>& a, const dual<wgsl::recorded>& b,
+                                        const dual<wgsl::recorded>& c) {
+    return dual<wgsl::recorded>(index_after(a.value, b.value, c.value));
+}
+inline dual<wgsl::recorded> distance_at(const dual<wgsl::recorded>& index) {
+    return dual<wgsl::recorded>(distance_at(index.value));
+}
+/// @}
 
 namespace wgsl {
 inline recorded excess_of(recorded number, recorded excess) {

@@ -2,7 +2,9 @@
 // operation by operation, and must give the bits that the definition gives when it is evaluated with float.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
+#include <firn/boundary/distance_grid.hpp>
 #include <firn/core/lanes.hpp>
+#include <firn/data/sampled_distance.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
@@ -20,8 +22,12 @@ namespace {
 /// Evaluates a graph. Inputs are named "0", "1", …
 class Interpreter {
 public:
-    Interpreter(const wgsl::Graph& graph, const std::vector<float>& inputs)
-        : graph_(graph), inputs_(inputs), value_(graph.nodes.size()), loop_(graph.loops.size()) {}
+    Interpreter(const wgsl::Graph& graph, const std::vector<float>& inputs, const std::vector<float>& distances = {})
+        : graph_(graph),
+          inputs_(inputs),
+          distances_(distances),
+          value_(graph.nodes.size()),
+          loop_(graph.loops.size()) {}
 
     float operator()(int output) {
         for (int i = 0; i < int(graph_.nodes.size()); ++i)
@@ -82,6 +88,10 @@ private:
                 return set(firn::significand_of(at(n.a)));
             case Op::leading_half:
                 return set(firn::leading_half(at(n.a)));
+            case Op::index_after:
+                return set(at(n.a) + at(n.b) * at(n.c));
+            case Op::distance_at:
+                return set(distances_.at(std::size_t(at(n.a))));
             case Op::loop:
                 return run(n.a);
             case Op::loop_value:
@@ -103,7 +113,7 @@ private:
     }
 
     const wgsl::Graph& graph_;
-    const std::vector<float>& inputs_;
+    const std::vector<float>&inputs_, distances_;
     std::vector<float> value_;
     std::vector<std::vector<float>> loop_;
 };
@@ -162,6 +172,57 @@ struct Stress {
     }
 };
 
+/// A shape around a grid of distances that has no normal itself.
+template <scalar S, int D>
+struct Thicker {
+    DistanceGrid<S, D> grid;
+    static constexpr auto parameters() { return std::tuple{parameter{"grid", "", &Thicker::grid}}; }
+    S signed_distance(const Vec<S, D>& x) const { return grid.signed_distance(x) - S(0.01F); }
+};
+
+/// How many distances and normals of a grid differ, which begins somewhere in a buffer, at points in it and around it.
+template <int D>
+int differences_of_grids() {
+    const auto f = [](const Vec<double, D>& x) { return norm(x) - 0.3 + 0.05 * std::sin(9 * x[0]); };
+    Vec<double, D> upper = Vec<double, D>::filled(0.4);
+    upper[0] = 0.25, upper[D - 1] = 0.5;
+    const DistanceGrid<float, D> grid{
+        sampled_distance<D>(f, {.lower = Vec<double, D>::filled(-0.35), .upper = upper, .spacing = 0.07}),
+        Vec<double, D>::filled(0.05)};
+    std::vector<float> buffer(7, std::nanf("")), numbers(std::size_t{D});
+    buffer.insert(buffer.end(), grid.numbers->values.begin(), grid.numbers->values.end());
+    const auto told = grid.told_to_program(7);
+    for_parameters(told, [&](const std::string&, const char*, const auto& value) {
+        for (const double x : firn::detail::as_doubles(value)) numbers.push_back(float(x));
+    });
+
+    Recording recording;
+    const auto x = inputs<Vec<recorded, D>>();
+    auto of_program = lift<recorded>(Thicker<float, D>{grid});
+    int number = D;
+    for_parameters(of_program, [&](const std::string&, const char*, auto& value) {
+        wgsl::for_components(
+            value, [&](recorded& one) { one = recorded::of(Recording::current().input(std::to_string(number++))); });
+    });
+    const auto results = [](const auto& thicker, const auto& at) {
+        std::vector all{thicker.grid.signed_distance(at)};
+        for (const auto& normal : {normal_of(thicker.grid, at), normal_of(thicker, at)})
+            all.insert(all.end(), normal.v, normal.v + D);
+        return all;
+    };
+    const auto recorded_ones = results(of_program, x);
+    int different = number == int(numbers.size()) ? 0 : 1;
+    for (std::uint64_t trial = 0; trial < 500; ++trial) {
+        Vec<float, D> at{};
+        for (int a = 0; a < D; ++a)
+            at[a] = numbers[std::size_t(a)] = float(1.4 * scenes::noise(trial * D + std::uint64_t(a)) - 0.7);
+        const auto expected = results(Thicker<float, D>{grid}, at);
+        for (std::size_t k = 0; k < expected.size(); ++k)
+            different += Interpreter(recording.graph, numbers, buffer)(recorded_ones[k].node) != expected[k];
+    }
+    return different;
+}
+
 int count(const std::string& text, const std::string& part) {
     int n = 0;
     for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
@@ -182,6 +243,16 @@ TEST_CASE("A recorded definition computes the bits that the definition computes"
     const auto upright = [](const auto& F) { return determinant(F) > 0; };
     CHECK(differences<2, native_pack<float>>(Stress<EigenNeoHookean>{}, upright) == 0);
     CHECK(differences<3, native_pack<float>>(Stress<EigenNeoHookean>{}, upright) == 0);
+}
+
+TEST_CASE("A grid of distances is read from a buffer with the bits that the shape has, also by dual numbers") {
+    CHECK(differences_of_grids<2>() == 0);
+    CHECK(differences_of_grids<3>() == 0);
+    Recording recording;
+    const auto input = [&](const char* text) { return recorded::of(recording.graph.input(text)); };
+    const recorded cell = index_after(input("first"), input("i"), input("stride"));
+    const int next = index_after(cell, recorded(1), recorded(1)).node;
+    CHECK(count(wgsl::Body(recording.graph, {next}).statements(), " = first + u32(i) * stride + 1u;") == 1);
 }
 
 TEST_CASE("A deformation gradient is recorded as F - I, also where a definition sets a number of F") {
