@@ -17,6 +17,8 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -111,6 +113,12 @@ FIRN_INLINE HeldNode<S> choose(const Mask& mask, const HeldNode<S>& a, const Hel
     r.count = select(mask, a.count, b.count);
     return r;
 }
+
+/// A node, and what each demand has changed its velocity by: the state of a loop must have all that a pass changes.
+template <scalar S>
+struct SharedNode : HeldNode<S> {
+    std::vector<Vec<S, 3>> shares;  ///< one for each demand in the list [m/s]
+};
 
 /// Returns a node that nothing holds.
 template <scalar S>
@@ -269,17 +277,21 @@ FIRN_INLINE S slowed(const S& x, const S& p, const S& a, const S& q, const S& b)
 }
 
 /// The velocity of a node that several surfaces hold at once.
-template <scalar S, int D>
+/// \tparam tells  whether what each demand changes the velocity by is wanted, too
+template <scalar S, int D, bool tells>
 class AtOnce {
     using V = Vec<S, 3>;
+    using Node = std::conditional_t<tells, SharedNode<S>, HeldNode<S>>;
 
 public:
-    /// \param shares  for each demand, what it changes the velocity by is added; nullptr if this is not wanted
-    AtOnce(const ShortList<Demand<S>, 8>& demands, V* shares) : demands_(demands), shares_(shares) {}
+    explicit AtOnce(const ShortList<Demand<S>, 8>& demands) : demands_(demands) {}
 
-    /// Returns the velocity that all demands allow, after friction.
-    V operator()(const V& v) const {
-        if (demands_.size() == 0) return v;
+    /// Returns a node with the velocity that all demands allow, after friction.
+    Node operator()(const V& v) const {
+        Node start;
+        static_cast<HeldNode<S>&>(start) = free_node(v);
+        if constexpr (tells) start.shares.assign(demands_.size(), V::zero());
+        if (demands_.size() == 0) return start;
         S largest = dot(v, v);
         bool rubs = false;
         for (std::size_t k = 0; k < demands_.size(); ++k) {
@@ -289,35 +301,34 @@ public:
         }
         const Projection<S, D> project(demands_, sqrt(largest));
         if (!rubs) {
-            const HeldNode<S> held = project(v);
-            add_pushes(held);
-            return held.velocity;
+            static_cast<HeldNode<S>&>(start) = project(v);
+            add_pushes(start, start);
+            return start;
         }
         // Friction towards a solid that moves can push matter into another one.
-        return repeat_while<4>(free_node(v),
-                               [&](HeldNode<S>& node) FIRN_LAMBDA {
-                                   const mask_t<S> is_free = !node.has(0), rubs_on = S(0) < largest_of(node.friction);
-                                   HeldNode<S> next = project(rubbed(node));
-                                   next.count =
-                                       select(is_free | rubs_on, next.count, S(0));  // other lanes have their velocity
-                                   add_pushes(next);
-                                   next.friction = limits(next);
-                                   node = choose(is_free | rubs_on, next, node);
-                                   return S(0) < largest_of(node.friction);
-                               })
-            .velocity;
+        return repeat_while<4>(std::move(start), [&](Node& all) FIRN_LAMBDA {
+            HeldNode<S>& node = all;
+            const mask_t<S> is_free = !node.has(0), rubs_on = S(0) < largest_of(node.friction);
+            HeldNode<S> next = project(rubbed(all));
+            next.count = select(is_free | rubs_on, next.count, S(0));  // other lanes have their velocity
+            add_pushes(all, next);
+            next.friction = limits(next);
+            node = choose(is_free | rubs_on, next, node);
+            return S(0) < largest_of(node.friction);
+        });
     }
 
 private:
     FIRN_INLINE static S largest_of(const V& friction) { return max(friction.v[0], friction.v[1]); }
 
     /// Adds `change` to the share of the i-th demand that holds the node.
-    FIRN_INLINE void add(const HeldNode<S>& node, int i, const V& change) const {
+    FIRN_INLINE void add(std::vector<V>& shares, const HeldNode<S>& node, int i, const V& change) const {
         for (std::size_t k = 0; k < demands_.size(); ++k)
-            shares_[k] = select(node.is_held_by(k, i), shares_[k] + change, shares_[k]);
+            shares[k] = select(node.is_held_by(k, i), shares[k] + change, shares[k]);
     }
-    FIRN_INLINE void add_pushes(const HeldNode<S>& node) const {
-        for (int i = 0; shares_ && i < 3; ++i) add(node, i, node.normal[std::size_t(i)] * node.push.v[i]);
+    FIRN_INLINE void add_pushes([[maybe_unused]] Node& to, [[maybe_unused]] const HeldNode<S>& node) const {
+        if constexpr (tells)
+            for (int i = 0; i < 3; ++i) add(to.shares, node, i, node.normal[std::size_t(i)] * node.push.v[i]);
     }
 
     /// Returns by how much the friction of each demand changes the velocity at most [m/s].
@@ -332,7 +343,7 @@ private:
 
     /// Returns the velocity after friction: in the plane of the one surface that holds the node, or along the edge
     /// between two.
-    FIRN_INLINE V rubbed(const HeldNode<S>& node) const {
+    FIRN_INLINE V rubbed(Node& node) const {
         V solid = V::zero(), other_solid = V::zero();  // their velocities
         for (std::size_t k = 0; k < demands_.size(); ++k) {
             solid = select(node.number.v[0] == S(int(k)), demands_[k].velocity, solid);
@@ -352,7 +363,7 @@ private:
         const S a = node.friction.v[0], b = select(on_two, node.friction.v[1], S(0));
         const S after = slowed(along, p, a, q, b);
         const S change = select(node.has(2), S(0), after - along);
-        if (shares_) {
+        if constexpr (tells) {
             // A friction that does not stop the node is as large as it can be; the others share the rest.
             const auto full = [&](const S& towards, const S& limit) FIRN_LAMBDA {
                 return select(after < towards, limit, select(towards < after, -limit, S(0)));
@@ -362,14 +373,14 @@ private:
             const S parts = part(p, a) + part(q, b), rest = change - full(p, a) - full(q, b);
             const S per_part = select(S(0) < parts, rest / select(S(0) < parts, parts, S(1)), S(0));
             const auto slides = on_two & !node.has(2);
-            add(node, 0, select(on_two, edge * select(slides, full(p, a) + part(p, a) * per_part, S(0)), in_plane));
-            add(node, 1, edge * select(slides, full(q, b) + part(q, b) * per_part, S(0)));
+            add(node.shares, node, 0,
+                select(on_two, edge * select(slides, full(p, a) + part(p, a) * per_part, S(0)), in_plane));
+            add(node.shares, node, 1, edge * select(slides, full(q, b) + part(q, b) * per_part, S(0)));
         }
         return node.velocity + select(on_two, edge * change, in_plane);
     }
 
     const ShortList<Demand<S>, 8>& demands_;
-    V* shares_;
 };
 
 /// Returns v with three components.
@@ -414,10 +425,10 @@ void make_room(ShortList<Demand<S>, 8>& demands) {
 
 /// Returns the velocity of a node on which several surfaces act [m/s]. It is not inlined: few nodes need it.
 /// \param before  velocity of the node before they act [m/s]
-/// \param after   for each surface, receives the velocity that its share of the change leads to; nullptr if not wanted
-template <scalar S, int D>
+/// \param after   if `tells` is true, receives for each surface the velocity that its share of the change leads to
+template <bool tells, scalar S, int D>
 [[gnu::noinline]] Vec<S, D> held_at_once(const SurfacesOfNode<S, D>& surfaces, const Vec<S, D>& before,
-                                         Vec<S, D>* after) {
+                                         [[maybe_unused]] Vec<S, D>* after) {
     ShortList<Demand<S>, 8> demands;
     Vec<S, D> stuck = Vec<S, D>::zero();  // the last surface that sticks decides
     mask_t<S> sticks = S(1) < S(0);
@@ -439,24 +450,24 @@ template <scalar S, int D>
         demands.push_back({one.acts, n, bound, of_solid, one.friction, rank, false, i});
         if (one.contact == Contact::slip) demands.push_back({one.acts, -n, -bound, of_solid, S(0), -rank, true, i});
     }
-    std::vector<Vec<S, 3>> shares;
-    if (after) {
-        shares.assign(demands.size(), Vec<S, 3>::zero());
-        for (std::size_t i = 0; i < surfaces.size(); ++i) after[i] = before;
-    }
+    [[maybe_unused]] std::vector<Vec<S, 3>> shares;
     Vec<S, 3> held = in_space(before);
     if (rest && smooth) {  // they are at right angles: what one changes, the others do not
+        if constexpr (tells) shares.assign(demands.size(), Vec<S, 3>::zero());
         for (std::size_t k = 0; k < demands.size(); ++k) {
             const Demand<S>& one = demands[k];
             const Vec<S, 3> change = one.normal * max(one.bound - dot(one.normal, held), S(0));
             held = select(one.acts, held + change, held);
-            if (after) shares[k] = select(one.acts, change, shares[k]);
+            if constexpr (tells) shares[k] = select(one.acts, change, shares[k]);
         }
     } else {
         if (!rest) make_room(demands);
-        held = AtOnce<S, D>(demands, after ? shares.data() : nullptr)(held);
+        auto node = AtOnce<S, D, tells>(demands)(held);
+        held = node.velocity;
+        if constexpr (tells) shares = std::move(node.shares);
     }
-    if (after) {
+    if constexpr (tells) {
+        for (std::size_t i = 0; i < surfaces.size(); ++i) after[i] = before;
         for (std::size_t k = 0; k < demands.size(); ++k)
             unroll<D>([&](auto a) FIRN_LAMBDA { after[demands[k].surface].v[a] += shares[k].v[a]; });
         for (std::size_t i = 0; i < surfaces.size(); ++i)
@@ -513,16 +524,21 @@ public:
                     seen(surfaces_[i].part, before_, select(surfaces_[i].is.acts, alone_, before_));
             return alone_;
         }
-        std::vector<V> after;
-        if constexpr (tells) after.resize(surfaces_.size());
         const V before = before_;
-        const V together = detail::held_at_once<S, D>(surfaces_, before, tells ? after.data() : nullptr);
-        const V all = select(touched_twice_, together, alone_);
-        if constexpr (tells)
-            for (std::size_t i = 0; i < surfaces_.size(); ++i)
-                seen(surfaces_[i].part, before_,
-                     select(touched_twice_, after[i], select(surfaces_[i].is.acts, alone_, before_)));
-        return all;
+        if constexpr (!tells) {
+            const V together = detail::held_at_once<false>(surfaces_, before, static_cast<V*>(nullptr));
+            return select(touched_twice_, together, alone_);
+        } else {
+            const std::size_t count = surfaces_.size();
+            std::vector<V> all(2 * count);  // where several surfaces act at once; then, where at most one does
+            const V together = detail::held_at_once<true>(surfaces_, before, all.data());
+            for (std::size_t i = 0; i < count; ++i) all[count + i] = select(surfaces_[i].is.acts, alone_, before_);
+            // The choices follow each other: so they become one branch of a program for a GPU.
+            const V velocity = select(touched_twice_, together, alone_);
+            for (std::size_t i = 0; i < count; ++i) all[i] = select(touched_twice_, all[i], all[count + i]);
+            for (std::size_t i = 0; i < count; ++i) seen(surfaces_[i].part, before_, all[i]);
+            return velocity;
+        }
     }
 
 private:

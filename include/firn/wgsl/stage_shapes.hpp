@@ -169,6 +169,18 @@ struct shape<T> : struct_shape<T, shape<T>> {
     /// @}
 };
 
+/// The variables of a loop over a node and the shares of its demands. There is no WGSL type: no function takes one.
+template <class S>
+struct shape<firn::detail::SharedNode<S>> {
+    /// Calls f(component, expression) for every component. \see shape
+    template <class F>
+    static void visit(firn::detail::SharedNode<S>& value, const std::string& text, const F& f) {
+        shape<firn::detail::HeldNode<S>>::visit(value, text, f);
+        for (std::size_t k = 0; k < value.shares.size(); ++k)
+            shape<Vec<S, 3>>::visit(value.shares[k], text + ".shares[" + std::to_string(k) + "]", f);
+    }
+};
+
 /// Translates a deformation gradient F to the WGSL matrix F − I.
 template <class S, int D>
 struct shape<DeformationGradient<S, D>> : detail::plain_shape<S> {
