@@ -29,8 +29,10 @@
 //!   colliders that move, also of meshes, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies
 //!   act on the CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
 //!   Loads are those of a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles,
-//!   reactions, and passes of your own are refused in a sentence. The state of one of several materials is
+//!   and passes of your own are refused in a sentence. The state of one of several materials is
 //!   `gpu.state_of_set<firn::Snow<float>>()`.
+//! - `gpu.reactions()` gives the impulses of the boundary, as `simulation.reactions` does on the CPU, from run to run the
+//!   same and within 1e-6 of the CPU's.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
 //!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
 //!   shifting. Particles that do not fit into one buffer are kept in several.

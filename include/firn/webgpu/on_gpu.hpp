@@ -12,6 +12,8 @@
 #include <firn/loops/wrong_particles.hpp>
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
+#include <firn/webgpu/check_for_gpu.hpp>
+#include <firn/webgpu/reactions_on_device.hpp>
 #include <firn/webgpu/set_on_device.hpp>
 #include <firn/wgsl/program.hpp>
 
@@ -111,6 +113,18 @@ public:
     /// Returns the totals of the particles of the only material: mass, momentum, energies. \see SetAccess::totals
     Totals<D> totals() { return simulation().totals(); }
 
+    /// Returns the impulses of the boundary on matter in the last step, which Simulation::reactions asks for; particles
+    /// stay on the device. They are sums of integers: the same from run to run, and but for rounding the CPU's.
+    /// \throws usage_error  if Simulation::reactions holds no value
+    /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
+    const Reactions<D>& reactions() {
+        check();
+        if (!simulation_.reactions)
+            throw usage_error("There are no reactions: call edit().reactions.emplace() before the step.");
+        read_reactions();
+        return *simulation_.reactions;
+    }
+
     /// Returns the simulation on the CPU, with the present particles. A copy of it goes on without the GPU.
     const Simulation& simulation() {
         bring_back();
@@ -144,37 +158,10 @@ private:
 
     Host& grid() { return *sets_[0].chunks[0].host; }  // which has the buffers of the grid
 
-    /// Throws if the simulation has something that steps on the GPU do not do.
-    void check_simulation() {
-        const auto refuse = [](const std::string& what) {
-            throw usage_error("A GPU cannot do " + what + ": take the steps on the CPU.");
-        };
-        for (const auto& pass : simulation_.passes()) {
-            constexpr std::string_view on_cpu[] = {"restore masses", "end g2p", "sinks and sources"};
-            const auto is_it = [&](std::string_view name) { return name == pass.name; };
-            if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
-                refuse("the pass '" + pass.name + "' of this simulation");
-        }
-        bool has_loads = false;
-        for (const auto& set : simulation_.sets()) {
-            if (set.forces) refuse("forces between particles");
-            for (const Load<D>& load : detail::loads_of(set.loads)) {
-                has_loads = true;
-                if (!load.force.template target<UniformForce<D>>())
-                    refuse("loads that may depend on the position (give a UniformForce)");
-            }
-        }
-        if (simulation_.reactions) refuse("reactions of the boundary");
-        if ((has_loads || !(simulation_.fixed_time_step > 0)) && !simulation_.execution.float_steps)
-            throw parameter_error(
-                "A GPU chooses time steps in float, and adds loads in float: set execution.float_steps, so that the "
-                "CPU does so, too; or, without loads, fixed_time_step.");
-    }
-
     /// Takes the simulation to the device.
     /// \param may_differ  whether policies may be others than those of the last time, for which the programs were made
     void upload(bool may_differ = true) {
-        check_simulation();
+        detail::check_for_gpu<D>(simulation_);
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
         blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
@@ -183,9 +170,6 @@ private:
             is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
                                            simulation_.boundary, simulation_.volume);
         });
-        if (is_periodic(simulation_.domain()) && !is_sparse_)
-            throw usage_error(
-                "A GPU cannot do mirrored walls or particle shifting in a periodic domain: take the steps on the CPU.");
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
@@ -193,7 +177,8 @@ private:
                                         .loads = int(detail::loads_of(set.loads).size()),
                                         .several_sets = Simulation::material_count > 1,
                                         .periodic = is_periodic(simulation_.domain()),
-                                        .arithmetic = device_.arithmetic()};
+                                        .arithmetic = device_.arithmetic(),
+                                        .reactions = simulation_.reactions.has_value()};
         };
         simulation_.for_materials([&](const auto& set, std::size_t k) {
             if (may_differ || sets_[k].program.options.grid != grid_storage)
@@ -206,6 +191,7 @@ private:
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);
         grid().begin(simulation_.steps(), reports);
+        begin_reactions();
         boundary_.clear();
         forces_.clear();
         boundary_seen_ = simulation_.boundary;
@@ -370,6 +356,7 @@ private:
         if (present == boundary_) return;
         boundary_ = std::move(present);
         grid().set_parameters(simulation_.boundary, "boundary");
+        begin_reactions();
         grid().set("boundary_speed",
                    {firn::detail::speed_of_boundary<float>(simulation_.boundary, simulation_.domain())});
     }
@@ -384,6 +371,25 @@ private:
         forces_ = std::move(present);
         auto next = forces_.begin();
         for (const detail::SetOnDevice<D>& set : sets_) set.set_forces(next);
+    }
+    /// Gives the device the points about which angular impulses are taken in the next step.
+    void begin_reactions() {
+        if (!simulation_.reactions) return;
+        next_reactions_.about = simulation_.reactions->about;
+        firn::detail::begin_reactions(next_reactions_, simulation_.boundary);
+        for (std::size_t k = 0; k < next_reactions_.parts.size(); ++k) {
+            const Vec<double, D>& about = next_reactions_.parts[k].about;
+            grid().set("about_" + std::to_string(k), std::vector<double>(about.v, about.v + D));
+        }
+        per_arm_ = detail::scale_of_arms(next_reactions_.parts, simulation_.domain());
+        grid().set("per_arm", {per_arm_});
+    }
+    /// Reads the reactions of the last step, if the device has taken one.
+    void read_reactions() {
+        if (!simulation_.reactions || !is_ahead_) return;
+        simulation_.reactions->parts = next_reactions_.parts;
+        simulation_.reactions->loads.clear();
+        detail::read_impulses(grid(), per_arm_, simulation_.reactions->parts);
     }
     /// Moves time and boundary on by a step that the device takes.
     void move_on(double dt) {
@@ -519,6 +525,7 @@ private:
     }
     void bring_particles_back() {
         const int threads = simulation_.workers();
+        read_reactions();
         for (std::size_t k = 0; k < sets_.size(); ++k) {
             auto& set = simulation_.sets_[k];
             sets_[k].bring_back(set.store());
@@ -542,6 +549,8 @@ private:
     std::uint32_t counted_ = 0;                 // the device's number of steps at the last look at the status
     std::vector<Moment> moments_;               // before each step since the last look at the status
     Boundary boundary_seen_;                    // at the last look at the status
+    Reactions<D> next_reactions_{};             // of the last step given: the points for angular impulses
+    double per_arm_ = 1;                        // the scale of their arms [1/m]
     int waiting_ = 0;                           // steps that were not yet given to the device
     std::function<void(const Host::Sequence&, int)> run_ = as_usual;  // gives them to it
     bool is_edited_ = false, has_failed_ = false;
@@ -556,8 +565,9 @@ private:
 /// colliders that move, also of meshes and other grids of distances in float), FBar and VolumeFilter (its particle
 /// shifting with one material), and loads of a UniformForce, which then are added in float: see
 /// FixedPoint::float_steps. Sources, sinks and lifespans of bodies act on the CPU: where a burst is due, a body ends or
-/// a particle may have met a sink, the particles come there and back. Their sums must be FixedPoint<std::int32_t>, and
-/// their steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
+/// a particle may have met a sink, the particles come there and back. Reactions are summed for up to eight parts of the
+/// boundary, see OnGpu::reactions(); not together with loads. Sums must be FixedPoint<std::int32_t>, and steps fixed or
+/// chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

@@ -46,7 +46,7 @@ namespace detail {
 [[noreturn, gnu::cold]] inline void throw_error(std::uint32_t error, const std::string& text) {
     constexpr std::uint32_t first_of_particles = 4;
     if (error == wgsl::detail::mirror_error || error == wgsl::detail::blocks_error) throw parameter_error(text);
-    if (error < first_of_particles) throw overflow_error(text);
+    if (error < first_of_particles || error == wgsl::detail::reaction_error) throw overflow_error(text);
     throw particle_error(text);
 }
 

@@ -14,6 +14,7 @@
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume.hpp>
 #include <firn/stage/volume_filter.hpp>
+#include <firn/wgsl/layout.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
 
@@ -208,6 +209,41 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
                               return sqrt(squared_acceleration(detail::with_uniforms(field, "field"), position,
                                                                velocity, detail::time_step()));
                           });
+}
+
+/// A recorded boundary that also tells by how much each of its parts changes a velocity.
+template <int D, class Boundary>
+struct WatchedParts {
+    const Boundary& boundary;   ///< the boundary
+    Vec<recorded, D>* changes;  ///< receives the change of each part [m/s]
+
+    /// Returns the velocity of a node after the boundary has acted on it, as the boundary does.
+    Vec<recorded, D> velocity(const Vec<recorded, D>& x, const Vec<recorded, D>& v, const recorded& mass,
+                              const recorded& dt) const {
+        const auto seen = [&](int k, const Vec<recorded, D>& before, const Vec<recorded, D>& after) {
+            changes[k] += after - before;
+        };
+        return velocity_among(boundary, x, v, NoOthers{}, seen, NodeInertia<recorded>{mass, dt});
+    }
+};
+
+/// Adds the function velocity_and_changes: a node's new velocity, as velocity_of_node() has it, and by how much each
+/// part of the boundary has changed it [m/s].
+template <int D, class Boundary, class Field>
+void add_reactions(Module& module, const Boundary& boundary, const Field& field) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    module.function<V, R, V>(
+        "velocity_and_changes", std::string(Boundary::name) + ", " + Field::name + ", firn/stage/grid_update.hpp",
+        {"momentum", "mass", "position"}, [&](const V& momentum, const R& mass, const V& position) {
+            std::array<V, 1 + most_reacting_parts> all;
+            all.fill(V::zero());
+            const auto here = on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size());
+            const WatchedParts<D, std::remove_cvref_t<decltype(here)>> watched{here, &all[1]};
+            all[0] = node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
+                                   watched);
+            return all;
+        });
 }
 
 /// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the

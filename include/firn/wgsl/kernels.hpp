@@ -132,7 +132,7 @@ fn begin_step() {
     choose_time_step();
     if (stopped()) { return; } // what the last step has measured is for the step that comes when there is time again
     let step = atomicAdd(&status[23], 1u);
-    atomicStore(&status[32u + step % 256u], bitcast<u32>(chosen.time_step));${CHOOSE_SHARE}
+    atomicStore(&status[32u + step % 256u], bitcast<u32>(chosen.time_step));${CHOOSE_SHARE}${BEGIN_REACTIONS}
     atomicStore(&status[1], 0xffffffffu); // no particle
     for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
     atomicStore(&status[19], 0u);
@@ -403,7 +403,7 @@ fn grid_update(${INVOCATION}) {
     if (i >= node_count() || stopped()) { return; }
     let sums = nodes[i];
     if (sums.w < ${FEWEST}i) { // empty, or next to it
-        nodes[i] = vec4<i32>(0);${EMPTY_BEFORE}
+        nodes[i] = vec4<i32>(0);${EMPTY_BEFORE}${NO_MASS_BEFORE_WALLS}
         return;
     }
     read_time_step();
@@ -412,8 +412,8 @@ fn grid_update(${INVOCATION}) {
     let mass = f32(sums.w) * inverse(scale.mass);
     let at = node_at(i);
     let position = ${VEC}(${COORDINATES});
-    let v = velocity_of_node(momentum, mass, position);
-    see_acceleration(position, momentum * inverse(mass));
+    ${NEW_VELOCITY}
+    see_acceleration(position, momentum * inverse(mass));${REACT}
     nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));${UPDATE_BEFORE}
 }
 )";

@@ -78,6 +78,9 @@ struct EntryPoint {
 /// Which nodes a program stores: all nodes of the domain, or the blocks of 4^D nodes that particles reach.
 enum class GridStorage { dense, sparse };
 
+/// The largest number of parts of a boundary whose impulses a program sums. \see ProgramOptions::reactions
+inline constexpr int most_reacting_parts = 8;
+
 /// Options of a program, besides its policies.
 struct ProgramOptions {
     int workgroup_size = 64;                ///< number of invocations per workgroup in most entry points
@@ -93,6 +96,9 @@ struct ProgramOptions {
     bool several_sets = false;
     bool periodic = false;                      ///< whether axes of the domain may be periodic; needs a sparse grid
     Arithmetic arithmetic = Arithmetic::plain;  ///< how products, quotients, roots and sums are written
+    /// Whether each step sums the impulses of each part of the boundary on matter: in the buffer "reactions", which
+    /// wgsl/reaction_kernels.hpp describes. A host sets the uniforms "per_arm" and "about_0", "about_1", …
+    bool reactions = false;
 };
 
 /// A mirrored wall of a program's boundary. \see NodesBehind::mirrored
@@ -184,6 +190,8 @@ struct Facts {
     int filters_every;       ///< number of steps from one pass of this filter to the next
     bool shifts_particles;   ///< whether a pass of this filter also shifts particles, see firn::shifts_particles
     bool sparse;             ///< whether the grid is sparse, see GridStorage
+    int reacting_parts;      ///< number of parts of the boundary whose impulses are summed
+    bool mirrors;            ///< whether the boundary has mirrored walls
     ProgramOptions options;  ///< options of the program
 };
 
@@ -255,7 +263,8 @@ enum Binding {
     rate_sums,
     block_table,
     loads,
-    distances
+    distances,
+    reactions
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -298,6 +307,10 @@ inline constexpr int first_logged_step = 32, logged_steps = 256;
 /// @{
 inline constexpr int first_set_word = first_logged_step + logged_steps, words_of_set = 5, most_sets = 8;
 /// @}
+/// Returns the number of components of the impulse and of the angular impulse of a part of a boundary.
+inline int impulses_of_part(int dimension) { return dimension == 2 ? 3 : 6; }
+/// Returns the number of words of the buffer "reactions". \see reaction_kernels.hpp
+inline int reaction_words(int dimension, int parts) { return 1 + 3 * impulses_of_part(dimension) * parts; }
 /// Returns the number of words that the buffer "bins" has of a block: one for each of its cells, where its particles
 /// begin, and where they end.
 inline int bin_words(int dimension) { return (1 << (2 * dimension)) + 2; }
@@ -346,6 +359,8 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     if (facts.options.loads > 0) add("loads", "f32", loads, "particle", 1, {{"loads", 1, "1"}});
     if (facts.sparse) add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
     if (program.distances.size() > 0) add("distances", "f32", distances, "distance", 1);
+    if (facts.reacting_parts > 0)
+        add("reactions", "u32", reactions, "program", reaction_words(facts.dimension, facts.reacting_parts));
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
@@ -387,9 +402,9 @@ void for_mirror_passes(const Program& program, const F& f) {
 }
 
 /// The error codes of a program whose mirrored walls do not fit the grid, of a sparse grid that has too few blocks, and
-/// of a step after one in which a particle may have met a sink.
+/// of a step after one in which a particle may have met a sink; and of an impulse too large for reactions.
 /// @{
-inline constexpr int mirror_error = 6, blocks_error = 7, sink_error = 8;
+inline constexpr int mirror_error = 6, blocks_error = 7, sink_error = 8, reaction_error = 9;
 /// @}
 
 /// Returns the name of the entry point of the k-th pass of mirrored walls.
@@ -408,6 +423,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
         const bool finds_solids = name == "grid_update" || name == "find_excess" || name == "shift_particles";
         if (program.distances.size() > 0 && finds_solids) bindings.emplace_back(distances, false);
+        const bool reacts = name == "grid_update" || name.starts_with("mirror_");
+        if (facts.reacting_parts > 0 && (reacts || name == "begin_step")) bindings.emplace_back(reactions, true);
+        if (facts.reacting_parts > 0 && facts.mirrors && reacts) bindings.emplace_back(counts, true);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
         std::sort(bindings.begin(), bindings.end());
         program.entry_points.push_back({name, per, size, std::move(bindings)});

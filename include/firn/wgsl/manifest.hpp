@@ -25,8 +25,11 @@ inline const std::vector<std::string> error_sentences{
     "that divide the domain.",
     "The particles reach more blocks of nodes than the sparse grid has memory for. Give its uniform 'blocks' a larger "
     "value.",
-    "A particle may have met a sink in the step before: look whether it is to be removed, and clear the status."};
-static_assert(detail::mirror_error == 6 && detail::blocks_error == 7 && detail::sink_error == 8,
+    "A particle may have met a sink in the step before: look whether it is to be removed, and clear the status.",
+    "The boundary changes the velocity of a node by more than 65536 times the fastest signal: surfaces close on each "
+    "other, or the simulation has blown up."};
+static_assert(detail::mirror_error == 6 && detail::blocks_error == 7 && detail::sink_error == 8 &&
+                  detail::reaction_error == 9,
               "numbers of sentences, counted from 1");
 
 namespace detail {
@@ -263,7 +266,8 @@ inline std::string manifest(const Program& program) {
             for (int e = 1; e <= int(error_sentences.size()); ++e)
                 if ((e != detail::mirror_error || !program.mirrors.empty()) &&
                     (e != detail::blocks_error || program.options.grid == GridStorage::sparse) &&
-                    (e != detail::sink_error || program.options.sinks > 0))
+                    (e != detail::sink_error || program.options.sinks > 0) &&
+                    (e != detail::reaction_error || program.options.reactions))
                     json.field(std::to_string(e).c_str(), error_sentences[std::size_t(e) - 1]);
         });
     });

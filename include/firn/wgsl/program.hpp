@@ -133,6 +133,7 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     add_p2g<Kernel, Transfer, Force, D>(module);
     if (program.options.loads > 0) add_push<D>(module);
     add_grid_update<D>(module, boundary, field);
+    if (facts.reacting_parts > 0) add_reactions<D>(module, boundary, field);
     if constexpr (has_mirrors<Boundary>) {
         std::vector<MirrorPlane> walls;
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
@@ -147,6 +148,14 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     if constexpr (shifts_particles<Volume> && has_volume_ratio<material_state_t<with_scalar_t<Material, recorded>, D>>)
         if (facts.shifts_particles) add_shifting<Kernel, D>(module, boundary, material, volume);
     return module;
+}
+
+/// Returns whether a boundary has mirrored walls.
+template <class Boundary>
+bool has_mirrored_walls(const Boundary& boundary) {
+    bool has = false;
+    if constexpr (has_mirrors<Boundary>) boundary.mirrors([&](auto&&...) { has = true; });
+    return has;
 }
 
 /// Returns whether the policy shifts the particles of a material.
@@ -164,9 +173,7 @@ bool shifts(const Volume& volume) {
 /// particles.
 template <class Material, int D, class Boundary, class Volume>
 bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
-    bool can = !detail::shifts<Material, D>(volume);
-    if constexpr (has_mirrors<Boundary>) boundary.mirrors([&](auto&&...) { can = false; });
-    return can;
+    return !detail::shifts<Material, D>(volume) && !detail::has_mirrored_walls(boundary);
 }
 
 /// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
@@ -207,6 +214,10 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     if (shifts && options.several_sets)
         throw usage_error("In WGSL, particle shifting is for one material: set VolumeFilter::shifting to 0.");
     if (options.periodic && !sparse) throw usage_error("In WGSL, periodic axes need a sparse grid.");
+    const int parts = options.reactions ? part_count(boundary) : 0;
+    if (parts > most_reacting_parts)
+        throw usage_error(sentence("In WGSL, there are reactions of at most ", most_reacting_parts,
+                                   " parts of a boundary; this one has ", parts, "."));
     const Facts facts{D,
                       Kernel::support,
                       centre_node<Kernel>,
@@ -221,6 +232,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       every,
                       shifts,
                       sparse,
+                      parts,
+                      detail::has_mirrored_walls(boundary),
                       options};
 
     Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(options);
@@ -240,6 +253,12 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     for (int k = 0; k < options.loads; ++k)
         uniforms.add("load_" + std::to_string(k), "vec" + std::to_string(D) + "<f32>", "N",
                      "force of a load on each particle of its body", std::vector<double>(std::size_t{D}, 0.0));
+    if (facts.reacting_parts > 0)
+        uniforms.add("per_arm", "f32", "1/m", "a power of two, at most one half over the largest arm", {0});
+    for (int k = 0; k < facts.reacting_parts; ++k)
+        uniforms.add("about_" + std::to_string(k), "vec" + std::to_string(D) + "<f32>", "m",
+                     "point about which the angular impulses of a part of the boundary are taken",
+                     std::vector<double>(std::size_t{D}, 0.0));
     for (int k = 0; k < options.sinks; ++k)
         for (const char* end : {"_lower", "_upper"})
             uniforms.add("sink_" + std::to_string(k) + end, "vec" + std::to_string(D) + "<f32>", "cells",

@@ -5,6 +5,7 @@
 #include <firn/wgsl/blend_kernels.hpp>
 #include <firn/wgsl/declarations.hpp>
 #include <firn/wgsl/kernels.hpp>
+#include <firn/wgsl/reaction_kernels.hpp>
 #include <firn/wgsl/sparse_kernels.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
 
@@ -68,7 +69,7 @@ public:
                filled(text::p2g) +
                filled(text::p2g_sorted,
                       {{"SCATTER", scatter_in_arena()}, {"ADD_BEFORE", blended(text::arena_before_forces)}}) +
-               filled(text::grid_update) + mirrors(program) + volume(program) +
+               reactions() + filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p,
                       {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                        {"SEE_SINKS", see_sinks()},
@@ -147,6 +148,36 @@ private:
         return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
     }
 
+    /// Returns the WGSL text of the reactions of the boundary; no text if they are not summed.
+    std::string reactions() const {
+        if (facts_.reacting_parts == 0) return "";
+        const int impulses = impulses_of_part(D_);
+        const std::string angular = D_ == 2
+                                        ? "add_wide(first + 2u, lever.x * quanta.y - lever.y * quanta.x);"
+                                        : "let angular = cross(lever, quanta);" + indented(1) +
+                                              "for (var a = 0u; a < 3u; a++) { add_wide(first + 3u + a, angular[a]); }";
+        return filled(text::add_reaction, {{"IMPULSES", std::to_string(impulses)},
+                                           {"ADD_ANGULAR", angular},
+                                           {"REACTION_ERROR", std::to_string(reaction_error)},
+                                           {"WORDS", std::to_string(reaction_words(D_, facts_.reacting_parts))}});
+    }
+    /// Returns the WGSL statements in which the grid update adds the impulses at a node.
+    std::string react() const {
+        std::string text;
+        for (int k = 0; k < facts_.reacting_parts; ++k) {
+            const std::string n = std::to_string(k);
+            text += indented(1) + "add_reaction(" + n + "u, f32(sums.w), after[" + std::to_string(k + 1) +
+                    "], position - params.about_" + n + ");";
+        }
+        return text + keep_mass("bitcast<u32>(sums.w)");
+    }
+    /// Returns the WGSL statement in which the grid update keeps a node's mass [quanta] for the reactions of mirrored
+    /// walls. The particles at nodes were counted before, and their counts are not needed any more.
+    std::string keep_mass(const std::string& mass) const {
+        return facts_.reacting_parts > 0 && facts_.mirrors
+                   ? indented(mass == "0u" ? 2 : 1) + "atomicStore(&counts[i], " + mass + ");"
+                   : "";
+    }
     /// Returns the WGSL statement in which `measure` counts a particle.
     std::string count_base_node() const {
         return indented(2) + "atomicAdd(&counts[node_index(nodes_from(base + load_corner(i)))], 1u);";
@@ -205,6 +236,7 @@ private:
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
     std::string mirrors(const Program& program) const {
         std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
+        if (facts_.mirrors && facts_.reacting_parts > 0) text += filled(text::add_reactions_of_wall);
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
             const auto act_on = [](const std::string& line, const std::string& place, const std::string& n) {
                 const std::string at = "(" + line + ", " + place;
@@ -213,12 +245,21 @@ private:
             };
             const auto act = [&](const std::string& n, const std::string& place) {
                 const std::string before = "Line(before_forces(line.first), line.stride, line.count)";
-                return act_on("line", place, n) +
+                return (facts_.reacting_parts > 0 ? act_and_react(program, place, n) : act_on("line", place, n)) +
                        (facts_.blends ? indented(1) + act_on(before, place, "before_" + n) : "");
             };
             text += filled(text::mirror, mirror_names(program, mirror_pass(k), "stopped()", first, last, act));
         });
         return text;
+    }
+    /// Returns the WGSL statements in which mirrored wall n acts on a column, and its impulses are added.
+    static std::string act_and_react(const Program& program, const std::string& place, const std::string& n) {
+        const std::string at = "(line, " + place, part = std::to_string(program.mirrors[std::stoul(n)].plane.part);
+        return "let column_" + n + " = load_column" + at + ");" + indented(1) + "if (has_matter(column_" + n + ")) {" +
+               indented(2) + "let after_" + n + " = mirrored_" + n + "(column_" + n + ");" + indented(2) +
+               "store_column" + at + ", after_" + n + ");" + indented(2) + "add_reactions_of_wall(" + part +
+               "u, line, " + place + ", column_" + n + ", after_" + n + ", params.about_" + part + ");" + indented(1) +
+               "}";
     }
     /// Returns the names to replace in text::mirror. act(n, place) returns the statements for wall n; `place` tells
     /// where the column lies on a line, as arguments of a function: the node on the wall and the direction.
@@ -485,6 +526,13 @@ private:
              blended(1, "atomicStore(&status[28], 0u);") +
                  (sums_rates() ? indented(1) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }"
                                : "")},
+            {"BEGIN_REACTIONS", facts_.reacting_parts == 0 ? "" : indented(1) + "begin_reactions();"},
+            {"NO_MASS_BEFORE_WALLS", keep_mass("0u")},
+            {"NEW_VELOCITY",
+             facts_.reacting_parts == 0
+                 ? "let v = velocity_of_node(momentum, mass, position);"
+                 : "let after = velocity_and_changes(momentum, mass, position);" + indented(1) + "let v = after[0];"},
+            {"REACT", react()},
             {"CLEAR_RATES",
              sums_rates() ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
                           : ""},
