@@ -5,20 +5,20 @@
 
 #include <firn/core/error.hpp>
 #include <firn/webgpu/set_on_device.hpp>
-#include <firn/wgsl/program.hpp>
+#include <firn/wgsl/manifest.hpp>
 
 #include <algorithm>
 #include <string>
 #include <string_view>
-#include <type_traits>
 
 namespace firn::inline FIRN_BUILD::webgpu::detail {
 
 /// Throws if a simulation has something that steps on a GPU do not do.
+/// \param can_be_sparse     whether its programs can have a sparse grid. \see wgsl::can_be_sparse
 /// \throws usage_error      if so, with a sentence that names it
 /// \throws parameter_error  if the CPU would choose steps or add loads in double
 template <int D, class Simulation>
-void check_for_gpu(Simulation& simulation) {
+void check_for_gpu(Simulation& simulation, bool can_be_sparse) {
     const auto refuse = [](const std::string& what) {
         throw usage_error("A GPU cannot do " + what + ": take the steps on the CPU.");
     };
@@ -28,12 +28,8 @@ void check_for_gpu(Simulation& simulation) {
         if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
             refuse("the pass '" + pass.name + "' of this simulation");
     }
-    simulation.for_materials([&](const auto& set, std::size_t) {
-        using Material = std::remove_cvref_t<decltype(set.material)>;
-        if (is_periodic(simulation.domain()) &&
-            !wgsl::can_be_sparse<Material, D>(simulation.boundary, simulation.volume))
-            refuse("mirrored walls or particle shifting in a periodic domain");
-    });
+    if (is_periodic(simulation.domain()) && !can_be_sparse)
+        refuse("mirrored walls or particle shifting in a periodic domain");
     bool has_loads = false;
     for (const auto& set : simulation.sets()) {
         if (set.forces) refuse("forces between particles");

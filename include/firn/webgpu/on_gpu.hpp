@@ -161,15 +161,16 @@ private:
     /// Takes the simulation to the device.
     /// \param may_differ  whether policies may be others than those of the last time, for which the programs were made
     void upload(bool may_differ = true) {
-        detail::check_for_gpu<D>(simulation_);
+        bool can_be_sparse = true;
+        simulation_.for_materials([&](const auto& set, std::size_t) {
+            can_be_sparse = can_be_sparse && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
+                                                 simulation_.boundary, simulation_.volume);
+        });
+        detail::check_for_gpu<D>(simulation_, can_be_sparse);
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
         blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
-        is_sparse_ = is_periodic(simulation_.domain()) || has_many_empty_blocks();
-        simulation_.for_materials([&](const auto& set, std::size_t) {
-            is_sparse_ = is_sparse_ && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
-                                           simulation_.boundary, simulation_.volume);
-        });
+        is_sparse_ = can_be_sparse && (is_periodic(simulation_.domain()) || has_many_empty_blocks());
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
