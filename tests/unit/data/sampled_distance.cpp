@@ -2,6 +2,7 @@
 // part: arithmetic
 /// \file Functions and shapes that are sampled on a grid of distances, and what is refused.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
 #include <firn/data/sampled_distance.hpp>
@@ -13,20 +14,10 @@ using namespace firn;
 namespace sampled_distance_tests {
 namespace {
 
-/// What is said about a grid of these options.
-template <class Error = parameter_error, int D, class F>
-std::string refusal(const F& f, const SampledDistanceOptions<D>& options) {
-    try {
-        (void)sampled_distance<D>(f, options);
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "nothing";
-}
-
-bool says(const std::string& text, const std::string& part) {
-    UNSCOPED_INFO(text);
-    return text.find(part) != std::string::npos;
+/// A grid of these options is refused with an E that says `part`.
+template <class E = parameter_error, int D, class F>
+void check_refused(const F& f, const SampledDistanceOptions<D>& options, const std::string& part) {
+    test_support::check_refused<E>([&] { (void)sampled_distance<D>(f, options); }, part);
 }
 
 }  // namespace
@@ -72,9 +63,7 @@ TEST_CASE("a sampled shape acts as the shape does", "[data][sampled_distance]") 
 TEST_CASE("grids that cannot be sampled are refused", "[data][sampled_distance]") {
     using Options = SampledDistanceOptions<2>;
     const auto right = [](const Vec<double, 2>& x) { return x[0]; };
-    const auto refused = [&](const Options& options, const std::string& part) {
-        CHECK(says(refusal(right, options), part));
-    };
+    const auto refused = [&](const Options& options, const std::string& part) { check_refused(right, options, part); };
     const Options good{.lower = {0, 0}, .upper = {1, 1}, .spacing = 0.25};
     const auto with = [&](const auto& change) {
         Options other = good;
@@ -90,12 +79,12 @@ TEST_CASE("grids that cannot be sampled are refused", "[data][sampled_distance]"
     refused(with([&](Options& o) { o.lower[0] = nan; }), "along axis 0");
     for (const double bad : {0.0, -1.0, nan}) refused(with([&](Options& o) { o.exact_up_to = bad; }), "up to");
     refused(with([](Options& o) { o.spacing = 1e-3, o.most_bytes = 1e6; }), "1002001 nodes, 4008004 bytes");
-    CHECK_THAT(refusal<memory_error>(right, with([](Options& o) { o.spacing = 1e-12; })),
-               Catch::Matchers::Contains("Take a wider spacing or a smaller box."));
-    CHECK_THAT(refusal([&](const Vec<double, 2>& x) { return x[0] == 0.5 && x[1] == 0.75 ? nan : 1; }, good),
-               Catch::Matchers::Contains("The distance at (0.5, 0.75) m is nan"));
-    CHECK_THAT(refusal([](const Vec<double, 2>&) { return 1e300; }, good),  // beyond the range of float
-               Catch::Matchers::Contains("The distance at (0, 0) m is 1e+300"));
+    check_refused<memory_error>(right, with([](Options& o) { o.spacing = 1e-12; }),
+                                "Take a wider spacing or a smaller box.");
+    check_refused([&](const Vec<double, 2>& x) { return x[0] == 0.5 && x[1] == 0.75 ? nan : 1; }, good,
+                  "The distance at (0.5, 0.75) m is nan");
+    check_refused([](const Vec<double, 2>&) { return 1e300; }, good,  // beyond the range of float
+                  "The distance at (0, 0) m is 1e+300");
     // A box thinner than one spacing has two nodes across.
     CHECK(sampled_distance<2>(right, with([](Options& o) { o.upper[0] = 0.01; }))->nodes == std::array{2, 5});
 }
