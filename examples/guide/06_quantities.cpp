@@ -22,7 +22,8 @@ int main() {
 
     //! `add_load` takes a function of position and time. The function returns the force on one particle [N]. The load
     //! grows over half a second, so that the column does not swing. What `add_load` returns names the load:
-    //! `remove_load` ends it.
+    //! `remove_load` ends it. A force that is the same on all particles of the body may be a firn::UniformForce, which
+    //! is a function of the time alone: such loads run on a GPU, too.
     const double force = pressure * 0.25 / double(top.count);
     const firn::LoadId load = simulation.add_load(top, [=](const firn::Vec<double, 2>&, double time) {
         return firn::Vec<double, 2>{0.0, -force * std::min(time / 0.5, 1.0)};
