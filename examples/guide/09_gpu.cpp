@@ -101,6 +101,8 @@ int main() {
     //! - A mesh, or a function that is sampled, is a firn::DistanceGrid. `make_inputs` returns its distances for the
     //!   buffer `distances`, and uniforms tell where they lie: another mesh of the same type needs no other program, but
     //!   other inputs. If distances are capped (`exact_up_to`), the cap is a fixed part of the program.
+    //! - A program has positions in metres, in float. Far from 0 they have few digits; `on_gpu` measures them from the
+    //!   domain's lower corner, as the CPU does (firn::measured_from moves a boundary).
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
     //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
     //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.

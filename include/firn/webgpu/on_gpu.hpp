@@ -13,6 +13,7 @@
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
 #include <firn/webgpu/check_for_gpu.hpp>
+#include <firn/webgpu/from_corner.hpp>
 #include <firn/webgpu/reactions_on_device.hpp>
 #include <firn/webgpu/set_on_device.hpp>
 #include <firn/wgsl/program.hpp>
@@ -184,8 +185,9 @@ private:
         simulation_.for_materials([&](const auto& set, std::size_t k) {
             if (may_differ || sets_[k].program.options.grid != grid_storage)
                 sets_[k].program = wgsl::make_program<Kernel, Transfer, Force, D>(
-                    set.material, simulation_.boundary, Gravity<float, D>{cast<float>(simulation_.gravity)},
-                    simulation_.volume, options(set), simulation_.transfer);
+                    set.material, detail::boundary_from_corner(simulation_.boundary, simulation_.domain()),
+                    Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume, options(set),
+                    simulation_.transfer);
             upload(set, k);
         });
         step_ = detail::step_of_sets(sets_, device_.sums_by_block());
@@ -220,8 +222,8 @@ private:
             inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
             inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
         };
-        sets_[k].take(device_, simulation_.domain(), set, simulation_.fixed_time_step, blocks_, set_uniforms,
-                      k > 0 ? &grid() : nullptr);
+        sets_[k].take(device_, simulation_.domain(), detail::domain_from_corner<Boundary>(simulation_.domain()), set,
+                      simulation_.fixed_time_step, blocks_, set_uniforms, k > 0 ? &grid() : nullptr);
     }
 
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
@@ -339,10 +341,11 @@ private:
         if (!simulation_.is_sort_due_by_count()) return;
         for (std::size_t k = 0; k < sets_.size(); ++k) grid().sort_next(k);
     }
-    /// Returns the parameters of a boundary.
-    static std::vector<double> parameters_of(const Boundary& boundary) {
+    /// Returns the parameters of a boundary, as the device has it.
+    std::vector<double> parameters_of(const Boundary& boundary) const {
         std::vector<double> all;
-        wgsl::for_numbers_of(boundary, "boundary", [&](const std::string&, const std::vector<double>& numbers) {
+        const Boundary there = detail::boundary_from_corner(boundary, simulation_.domain());
+        wgsl::for_numbers_of(there, "boundary", [&](const std::string&, const std::vector<double>& numbers) {
             all.insert(all.end(), numbers.begin(), numbers.end());
         });
         return all;
@@ -356,7 +359,7 @@ private:
         std::vector<double> present = parameters_of(simulation_.boundary);
         if (present == boundary_) return;
         boundary_ = std::move(present);
-        grid().set_parameters(simulation_.boundary, "boundary");
+        grid().set_parameters(detail::boundary_from_corner(simulation_.boundary, simulation_.domain()), "boundary");
         begin_reactions();
         grid().set("boundary_speed",
                    {firn::detail::speed_of_boundary<float>(simulation_.boundary, simulation_.domain())});
@@ -378,10 +381,7 @@ private:
         if (!simulation_.reactions) return;
         next_reactions_.about = simulation_.reactions->about;
         firn::detail::begin_reactions(next_reactions_, simulation_.boundary);
-        for (std::size_t k = 0; k < next_reactions_.parts.size(); ++k) {
-            const Vec<double, D>& about = next_reactions_.parts[k].about;
-            grid().set("about_" + std::to_string(k), std::vector<double>(about.v, about.v + D));
-        }
+        detail::set_points(grid(), next_reactions_.parts, detail::corner_of<Boundary>(simulation_.domain()));
         per_arm_ = detail::scale_of_arms(next_reactions_.parts, simulation_.domain());
         grid().set("per_arm", {per_arm_});
     }

@@ -28,6 +28,16 @@ double scale_of_arms(const std::vector<Reaction<D>>& parts, const Domain<D>& dom
     return std::exp2(std::floor(-std::log2(2 * farthest)));
 }
 
+/// Gives a program the points about which angular impulses are taken.
+/// \param corner  the point from which the program measures positions [m]
+template <int D>
+void set_points(Host& host, const std::vector<Reaction<D>>& parts, const Vec<double, D>& corner) {
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const Vec<double, D> about = parts[k].about - corner;
+        host.set(sentence("about_", k), {about.v, about.v + D});
+    }
+}
+
 /// Sets the impulses and the angular impulses of reactions to those of the last step of a program.
 /// \param per_arm  the uniform of that step
 /// \param parts    the reactions of all parts of the boundary

@@ -61,12 +61,13 @@ struct SetOnDevice {
     std::vector<Chunk> chunks{};
 
     /// Takes a set to the device, for the program. Buffers that have the right size are used again.
+    /// \param here          the domain as the program has it. \see domain_from_corner
     /// \param blocks        for a sparse grid: number of blocks of nodes for which it has memory
     /// \param set_uniforms  sets uniforms of inputs, besides those of particles, grid and sinks
     /// \param grid          the Host that has the buffers of the grid; nullptr: the first one of this set
     template <class Set, class F>
-    void take(const Device& device, const Domain<D>& domain, const Set& set, double dt, std::size_t blocks,
-              const F& set_uniforms, const Host* grid) {
+    void take(const Device& device, const Domain<D>& domain, const Domain<D>& here, const Set& set, double dt,
+              std::size_t blocks, const F& set_uniforms, const Host* grid) {
         const std::size_t all = set.particles.size(), most = wgsl::most_particles(program, device.limits());
         const std::size_t count = std::max<std::size_t>(1, (all + most - 1) / most), each = (all + count - 1) / count;
         chunks.resize(count);
@@ -74,7 +75,7 @@ struct SetOnDevice {
         for (std::size_t c = 0; c < count; ++c) {
             const wgsl::Share share{c * each, each};
             wgsl::Inputs inputs =
-                wgsl::make_inputs<D>(program, domain, set.particles, dt, device.limits(), blocks, share);
+                wgsl::make_inputs<D>(program, here, set.particles, dt, device.limits(), blocks, share);
             inputs.set("first_particle", {double(share.first)});
             wgsl::set_sinks(inputs, domain, set.sinks);
             set_uniforms(inputs);
