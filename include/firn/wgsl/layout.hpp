@@ -482,7 +482,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
             add(fold_pass(k), axis + "_line", size, with(sums, {{coordinates, false}}));
         });
         if (facts.averages_volume) {
-            add("measure_rates", "particle", size, with(particle_sums, {{nodes, true}}));
+            Bindings measured{{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}};
+            if (facts.options.several_sets) measured.emplace_back(rate_sums, true);
+            add("measure_rates", "particle", size, measured);
             add("average_rates", "node", size, with(sums, {{nodes, true}}));
         } else {
             add("measure_volumes", "particle", size, with(particle_sums, {{state, true}}));
