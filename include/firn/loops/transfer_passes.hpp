@@ -14,6 +14,7 @@
 #include <firn/loops/grid_update.hpp>
 #include <firn/loops/layers.hpp>
 #include <firn/loops/p2g.hpp>
+#include <firn/stage/series.hpp>
 #include <firn/transfer/concept.hpp>
 
 #include <algorithm>
@@ -217,7 +218,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             const Vec<P, D> v_1 = load_node_vectors<D>(first + i, of_first);
             const Vec<P, D> v_j = load_node_vectors<D>(last + i, of_last);
             const Vec<P, D> v = Transfer::next(v_1, v_j, load_node_vectors<D>(node, r));
-            store_node_vectors(is_last && !is_mirrored ? v * r[node_mass] : v, r, node);
+            store_node_vectors(is_last && !is_mirrored ? momentum_of_series(v, r[node_mass]) : v, r, node);
         });
     }
     if (is_mirrored)
@@ -229,7 +230,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
                                       first = load_node_vectors<D>(v_1 + i, of_first);
                       const Vec<P, D> before = load_node_vectors<D>(unmirrored + i, of_unmirrored);
                       r[node_mass] = of_unmirrored[node_mass];
-                      store_node_vectors((v + (before - first)) * r[node_mass], r, node);
+                      store_node_vectors(momentum_of_series(v, before, first, r[node_mass]), r, node);
                   });
 }
 
