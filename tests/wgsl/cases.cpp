@@ -15,6 +15,7 @@
 #include <firn/material/von_mises.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/flip.hpp>
+#include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
@@ -329,6 +330,26 @@ void write_blended(const std::filesystem::path& root) {
 #endif
 }
 
+/// A transfer that refines velocities by a series, on whose terms mirrored walls act.
+void write_refined(const std::filesystem::path& root) {
+    using Elastic = FixedCorotated<float>;
+    const auto soft = Elastic::from_young_poisson(2e3, 0.3), stiff = Elastic::from_young_poisson(1e5, 0.3);
+    write_case<2, Fmpm, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_fmpm_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 1.0 / 32}, "step", 4, stiff, 0,
+        scenes::mirrored_walls<2>(1.0 / 32), {}, wgsl::GridStorage::dense, Fmpm{.order = 3});
+    write_case<2, Fmpm, WeightGradientForce, Elastic, CubicBSpline>(
+        root, "2d_fmpm_mirrored_sorted", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step_sorted", 3, stiff, 0,
+        scenes::mirrored_walls<2>(), {}, wgsl::GridStorage::dense, Fmpm{.order = 2});
+    write_case<2, Fmpm, MlsForce>(root, "2d_fmpm_drift", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, soft, 3e-3,
+                                  scenes::rough_walls<2>(), {}, wgsl::GridStorage::dense, Fmpm{.order = 4});
+    write_case<3, Fmpm, MlsForce>(root, "3d_fmpm_sparse", {0.15, 1.0 / 64, 1.0 / 32}, "step_sorted", 50, soft, 3e-3,
+                                  scenes::rough_walls<3>(), {}, wgsl::GridStorage::sparse, Fmpm{.order = 2});
+#if defined(FIRN_TEST_ALL)
+    write_case<3, Fmpm, MlsForce>(root, "3d_fmpm_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 3, stiff, 0,
+                                  scenes::mirrored_walls<3>(), {}, wgsl::GridStorage::dense, Fmpm{.order = 3});
+#endif
+}
+
 /// The largest signal speed of the particles [m/s].
 template <class Simulation>
 float largest_signal_speed(const Simulation& simulation) {
@@ -615,6 +636,7 @@ int main(int count, char** words) {
         write_averaged(root);
         write_filtered(root);
         write_blended(root);
+        write_refined(root);
         write_distances(root);
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});

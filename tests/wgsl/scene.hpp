@@ -51,7 +51,8 @@ std::vector<std::int32_t> node_sums_of(Simulation& simulation, const std::vector
     return dense;
 }
 
-/// The same, followed by the momenta before forces act if the transfer blends velocities: their masses are 0.
+/// The same, followed by the momenta before forces act if the transfer blends velocities: their masses are 0; or by the
+/// zeros of a series that has not begun, if it refines them.
 template <class Kernel, class Transfer, class Force, class Simulation>
 std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
     using namespace firn;
@@ -62,6 +63,10 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
             if (i % node_width == node_mass) before[i] = 0;
         sums.insert(sums.end(), before.begin(), before.end());
     }
+    if constexpr (refines_velocities<Transfer>)
+        sums.resize(sums.size() *
+                    std::size_t(wgsl::detail::records_of_node(false, wgsl::detail::refinements_of(simulation.transfer),
+                                                              wgsl::detail::has_mirrored_walls(simulation.boundary))));
     return sums;
 }
 

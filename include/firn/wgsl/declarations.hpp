@@ -126,6 +126,7 @@ std::string particle_accessors(const Program& program, const FieldTable& table, 
     }
     return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +
            (program.options.loads > 0 ? accessors<recorded>("loads", "loads", false, 0, [](int k) { return k; }) : "") +
+           (program.refinements > 0 ? field_accessors<D>(FieldShape::vector, "term_velocity", "term", true, 0) : "") +
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
            "load_velocity(i), " +
            (affine_fields ? "load_affine_velocity(i)" : no_matrix(D)) + ", load_kirchhoff_stress(i));\n}\n";

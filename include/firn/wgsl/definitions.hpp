@@ -10,6 +10,7 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/push.hpp>
+#include <firn/stage/series.hpp>
 #include <firn/stage/shifting.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume.hpp>
@@ -53,6 +54,16 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
         },
         prefix + "_");
     return lifted;
+}
+
+/// Returns a transfer with scalar type `recorded`. Its parameters are uniforms, unless it refines velocities: the
+/// number of its terms is that of entry points.
+template <class Transfer>
+auto recorded_transfer(const Transfer& transfer) {
+    if constexpr (refines_velocities<Transfer>)
+        return lift<recorded>(transfer);
+    else
+        return with_uniforms(transfer, "transfer");
 }
 
 /// Adds the functions that sum over the nodes along one axis: NAMEA for axis A, and one for each later axis.
@@ -249,11 +260,11 @@ void add_reactions(Module& module, const Boundary& boundary, const Field& field)
 /// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the
 /// position [m] of the wall along its axis, and mirrored_k, which returns the nodes of a column after the wall has
 /// acted on them. \see stage/mirror.hpp
-/// If the transfer blends velocities, there is also mirrored_before_k, for velocities before forces act: walls are
-/// without friction then.
-/// \param walls  the mirrored walls, in the order in which the boundary reports them
-template <class Kernel, class Transfer, int D, class Boundary>
-void add_mirrors(Module& module, const Boundary& boundary, const std::vector<MirrorPlane>& walls) {
+/// \param walls          the mirrored walls, in the order in which the boundary reports them
+/// \param before_forces  whether there is also mirrored_before_k, for velocities before forces act: walls are without
+///                       friction then
+template <class Kernel, int D, class Boundary>
+void add_mirrors(Module& module, const Boundary& boundary, const std::vector<MirrorPlane>& walls, bool before_forces) {
     using R = recorded;
     const SurfaceWeights<double> weights = surface_weights<Kernel, double>();
     for (std::size_t k = 0; k < walls.size(); ++k) {
@@ -278,7 +289,7 @@ void add_mirrors(Module& module, const Boundary& boundary, const std::vector<Mir
                 });
         };
         add("mirrored_", wall.friction);
-        if constexpr (blends_velocities<Transfer>) add("mirrored_before_", 0);
+        if (before_forces) add("mirrored_before_", 0);
     }
 }
 
@@ -303,9 +314,9 @@ void add_g2p(Module& module, const Transfer& transfer, bool periodic) {
                                          if constexpr (sum_gradients)
                                              all.gradient(i, a) = sums.gradient[std::size_t(a)][i];
                                      }
-                                 return take_from_grid<Kernel, Transfer, Force>(
-                                     all, from_centre<Kernel>(fraction), detail::cell_size(),
-                                     detail::with_uniforms(transfer, "transfer"));
+                                 return take_from_grid<Kernel, Transfer, Force>(all, from_centre<Kernel>(fraction),
+                                                                                detail::cell_size(),
+                                                                                detail::recorded_transfer(transfer));
                              });
     module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
                              {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {
@@ -325,11 +336,10 @@ void add_push(Module& module) {
         [](const Vec<R, D>& force, const R& mass) { return firn::pushed_by(force, detail::time_step(), mass); });
 }
 
-/// Adds the functions of a transfer that blends velocities: record_before_forces (what a particle gives to the nodes
-/// before forces act), velocity_before_forces (of a node, after that), sum_velocities (a sum over the nodes along an
-/// axis) and blended (the velocities of a particle after the step). \see blends_velocities
+/// Adds the functions for velocities before forces act: record_before_forces (what a particle gives to the nodes),
+/// velocity_before_forces (of a node, after that) and sum_velocities (a sum over the nodes along an axis).
 template <class Kernel, class Transfer, int D>
-void add_blend(Module& module, const Transfer& transfer) {
+void add_before_forces(Module& module) {
     using R = recorded;
     using V = Vec<R, D>;
     const std::string of_transfer = std::string(Transfer::name) + ", ";
@@ -352,6 +362,40 @@ void add_blend(Module& module, const Transfer& transfer) {
                                                                 sums[k].value = parts[k];
                                                             return sum_axis<centre_node<Kernel>>(sums, w, w).value;
                                                         });
+}
+
+/// Adds the function of a transfer that refines velocities, by a series: next_of_series, the next partial sum at a
+/// node; and momentum_of_series, a node's momentum after the last one. \see refines_velocities
+/// \param is_mirrored  whether mirrored walls act on the terms
+template <class Transfer, int D>
+void add_series(Module& module, bool is_mirrored) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    const std::string of_transfer = std::string(Transfer::name) + ", ";
+    const auto next = [](const V& first, const V& last, const V& back) { return Transfer::next(first, last, back); };
+    module.function<V, V, V>("next_of_series", of_transfer + "the next partial sum at a node",
+                             {"first", "last", "back"}, next);
+    const std::string comment = of_transfer + "firn/stage/series.hpp: a node's momentum after the last term";
+    if (is_mirrored)
+        module.function<V, V, V, V, R>(
+            "momentum_of_series", comment, {"first", "last", "back", "before", "mass"},
+            [&](const V& first, const V& last, const V& back, const V& before, const R& mass) {
+                return momentum_of_series(next(first, last, back), before, first, mass);
+            });
+    else
+        module.function<V, V, V, R>("momentum_of_series", comment, {"first", "last", "back", "mass"},
+                                    [&](const V& first, const V& last, const V& back, const R& mass) {
+                                        return momentum_of_series(next(first, last, back), mass);
+                                    });
+}
+
+/// Adds the function of a transfer that blends velocities: blended, the velocities of a particle after the step. \see
+/// blends_velocities
+template <class Transfer, int D>
+void add_blend(Module& module, const Transfer& transfer) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    const std::string of_transfer = std::string(Transfer::name) + ", ";
     module.function<G2PResult<R, D>, V, V>(
         "blended", of_transfer + "firn/transfer/concept.hpp: the velocities after a step", {"taken", "before", "own"},
         [&](G2PResult<R, D> taken, const V& before, const V& own) {

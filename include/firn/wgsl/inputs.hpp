@@ -271,7 +271,9 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
 
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
-        if (buffer.per != "particle" || buffer.binding == detail::rates || buffer.binding == detail::loads) continue;
+        if (buffer.per != "particle" || buffer.binding == detail::rates || buffer.binding == detail::loads ||
+            buffer.binding == detail::term)
+            continue;
         std::vector<float> numbers;
         numbers.reserve(count * std::size_t(buffer.count));
         detail::for_numbers_in(buffer, table, [&](int k, std::size_t field) {

@@ -294,10 +294,10 @@ fn p2g(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry points of P2G through workgroup memory: clear_bins, count_cells, place_cells, order_particles
-/// and p2g_blocks. The first four sort the particles by the cell of their base node (the first node that a particle
-/// touches), the cells of a block of 4^D nodes together. In p2g_blocks, each workgroup adds up the particles of one
-/// block in an array in workgroup memory, the arena; then it adds the sums in the arena to the grid.
+/// WGSL text of the entry points of P2G through workgroup memory, but the last one: clear_bins, count_cells,
+/// place_cells and order_particles. They sort the particles by the cell of their base node (the first node that a
+/// particle touches), the cells of a block of 4^D nodes together. In p2g_blocks, which follows, each workgroup adds up
+/// the particles of one block in an array in workgroup memory, the arena.
 ///
 /// The buffer "bins" has the particles in this order, then for each block: a number for each of its cells, which is how
 /// many particles it has and then where they end; and where the block's particles begin and end. The order of blocks
@@ -371,9 +371,13 @@ fn order_particles(${INVOCATION}) {
 }
 
 var<workgroup> arena: array<atomic<i32>, ${ARENA_NUMBERS}>;
-${SCATTER}
+${SCATTER})";
+
+/// WGSL text of the entry point ${NAME}, in which each workgroup adds up the particles of one block with the function
+/// ${SCATTER}, then adds the sums to the grid. ${TARGET} is the place there of integer k % 4 of a node in the arena.
+inline constexpr const char* p2g_blocks = R"(
 @compute @workgroup_size(${GROUP})
-fn p2g_blocks(${INVOCATION}) {
+fn ${NAME}(${INVOCATION}) {
     let block = group.y * groups.x + group.x;
     if (local < 2u && block < block_count() && !stopped()) {
         ends[local] = bin_words[bins_of(block) + ${BLOCK_NODES}u + local];
@@ -382,14 +386,14 @@ fn p2g_blocks(${INVOCATION}) {
     let end = workgroupUniformLoad(&ends[1]);
     if (begin == end) { return; }
     read_time_step();
-    let scale = chosen_scale();
+    let scale = ${SCALE};
     let origin = enter_block(block);
-    for (var s = begin + local; s < end; s += ${GROUP}u) { scatter_in_arena(bin_words[s], scale, origin); }
+    for (var s = begin + local; s < end; s += ${GROUP}u) { ${SCATTER}(bin_words[s], scale, origin); }
     workgroupBarrier();
     for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) {
         let node = i32(k / 4u);
         let sum = atomicLoad(&arena[arena_number(u32(node), k % 4u)]);
-        if (sum != 0) { atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum); }${ADD_BEFORE}
+        if (sum != 0) { atomicAdd(&${TARGET}, sum); }${ADD_BEFORE}
     }
 }
 )";
@@ -408,7 +412,7 @@ fn grid_update(${INVOCATION}) {
     }
     read_time_step();
     let scale = chosen_scale();
-    let momentum = ${VEC}(sums.${AXES}) * inverse(scale.momentum);
+    let momentum = ${MOMENTUM};
     let mass = f32(sums.w) * inverse(scale.mass);
     let at = node_at(i);
     let position = ${VEC}(${COORDINATES});

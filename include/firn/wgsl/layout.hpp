@@ -7,6 +7,7 @@
 #include <firn/data/particle_view.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/transfer/concept.hpp>
 #include <firn/wgsl/arithmetic.hpp>
 #include <firn/wgsl/grids.hpp>
 
@@ -131,6 +132,7 @@ struct Program {
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
     std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order_of())
     std::vector<MirroredWall> mirrors{};   ///< mirrored walls, in the order in which they act
+    int refinements = 0;                   ///< how often a step refines the velocities of nodes. \see Facts
     Distances distances{};                 ///< of the shapes that have grids, when the program was made
     std::string code;                      ///< the WGSL text of the program
 
@@ -183,6 +185,7 @@ struct Facts {
         weight_gradients;    ///< whether P2G needs gradients of the weights
     bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if weight_gradients is true
     bool blends;             ///< whether the transfer blends velocities, see firn::blends_velocities
+    int refinements;         ///< how often velocities are refined: the order of FMPM minus 1, otherwise 0
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
     bool averages_volume;    ///< whether rates of volume change are averaged, see firn::volumetric
@@ -264,7 +267,8 @@ enum Binding {
     block_table,
     loads,
     distances,
-    reactions
+    reactions,
+    term
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -325,6 +329,20 @@ inline constexpr int most_loads = 24;
 inline constexpr int time_left_word = 21, steps_word = 23;
 /// @}
 
+/// Returns how often a step with this transfer refines velocities.
+template <class Transfer>
+int refinements_of([[maybe_unused]] const Transfer& transfer) {
+    if constexpr (refines_velocities<Transfer>)
+        return transfer.order - 1;
+    else
+        return 0;
+}
+/// Returns how many times four numbers the buffer "nodes" has of a node. \see blend_kernels.hpp, refine_kernels.hpp
+inline int records_of_node(bool blends, int refinements, bool mirrors) {
+    if (refinements > 0) return mirrors ? 4 : 3;
+    return blends ? 2 : 1;
+}
+
 /// Adds the descriptions of all storage buffers to the program.
 /// \param table  descriptions of all fields of the particles
 inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
@@ -351,12 +369,14 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("stress", stress);
     add_fields("state", state);
     add_fields("constants", constants);
-    add("nodes", "i32", nodes, "node", facts.blends ? 2 * node_width : node_width);
+    add("nodes", "i32", nodes, "node", node_width * records_of_node(facts.blends, facts.refinements, facts.mirrors));
     add("status", "u32", status, "program", first_set_word + most_sets * words_of_set);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("bins", "u32", bins, "particle_and_bin", 1);
     if (facts.options.loads > 0) add("loads", "f32", loads, "particle", 1, {{"loads", 1, "1"}});
+    if (facts.refinements > 0)
+        add("term", "f32", term, "particle", facts.dimension, {{"term_velocity", facts.dimension, "m/s"}});
     if (facts.sparse) add("block_table", "u32", block_table, "block", 8 + 1 + (1 << facts.dimension));
     if (program.distances.size() > 0) add("distances", "f32", distances, "distance", 1);
     if (facts.reacting_parts > 0)
@@ -409,6 +429,8 @@ inline constexpr int mirror_error = 6, blocks_error = 7, sink_error = 8, reactio
 
 /// Returns the name of the entry point of the k-th pass of mirrored walls.
 inline std::string mirror_pass(int k) { return "mirror_" + std::to_string(k); }
+/// Returns the name of the entry point in which the walls of the k-th pass act on a term of a series.
+inline std::string term_mirror_pass(int k) { return "term_mirror_" + std::to_string(k); }
 /// Returns the name of the entry point that folds the rates of volume change at the walls of the k-th pass.
 inline std::string fold_pass(int k) { return "fold_rates_" + std::to_string(k); }
 
@@ -463,10 +485,25 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("place_cells", "block_workgroup", 1 << (2 * facts.dimension), {{status, true}, {bins, true}, {counts, true}});
     add("order_particles", "particle", size, {{motion, true}, {status, true}, {bins, true}});
     add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {bins, true}}));
+    if (facts.refinements > 0) {
+        const Bindings particle_term{{motion, true}, {affine, true}, {constants, false},
+                                     {status, true}, {nodes, true},  {term, true}};
+        add("measure_term", "particle", size, particle_term);
+        add("choose_term_scale", "one_workgroup", 1, {{status, true}});
+        add("scatter_term", "particle", size, particle_term);
+        add("term_blocks", "block_workgroup", size, with(particle_term, {{bins, true}}));
+        for (const char* name : {"begin_series", "next_term", "last_term"})
+            add(name, "node", size, {{nodes, true}, {status, true}});
+        if (facts.mirrors)
+            for (const char* name : {"keep_first", "convert_term"})
+                add(name, "node", size, {{nodes, true}, {status, true}});
+    }
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
     for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
         const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
-        add(mirror_pass(k), axis + "_line", size, {{nodes, true}, {coordinates, false}, {status, true}});
+        const Bindings line{{nodes, true}, {coordinates, false}, {status, true}};
+        add(mirror_pass(k), axis + "_line", size, line);
+        if (facts.refinements > 0) add(term_mirror_pass(k), axis + "_line", size, line);
     });
     if (sums_rates) {
         const Bindings particle_sums{

@@ -62,11 +62,29 @@ inline std::vector<std::string> filtering_of(const Program& program) {
     return points;
 }
 
+/// Returns the entry points of the pass that refines velocities.
+/// \param sorted  \see entry_points_of
+inline std::vector<std::string> refining_of(const Program& program, bool sorted) {
+    std::vector<std::string> points{"begin_series"};
+    const auto mirror = [&] {
+        for_mirror_passes(program, [&](int k, std::size_t, std::size_t) { points.push_back(term_mirror_pass(k)); });
+    };
+    mirror();
+    if (program.has("keep_first")) points.push_back("keep_first");
+    for (int left = program.refinements; left > 0; --left) {
+        points.insert(points.end(), {"measure_term", "choose_term_scale", sorted ? "term_blocks" : "scatter_term"});
+        if (program.has("convert_term")) points.push_back("convert_term");
+        mirror();
+        points.push_back(left > 1 ? "next_term" : "last_term");
+    }
+    return points;
+}
+
 }  // namespace detail
 
 /// The passes of a simulation's step that programs do, in their order. \see entry_points_of
 inline const std::vector<std::string> passes_of_programs{
-    "sort", "push", "filter volumes", "p2g", "grid update", "average volumes", "g2p"};
+    "sort", "push", "filter volumes", "p2g", "refine velocities", "grid update", "average volumes", "g2p"};
 
 /// Returns the names of the entry points that do the work of a pass of a simulation (see RunOf::passes), in the order
 /// to run them; none if the program has no such pass.
@@ -82,6 +100,7 @@ inline std::vector<std::string> entry_points_of(const Program& program, std::str
         return {"clear_bins",   "count_cells",     "place_cells", "measure_loads",
                 "choose_scale", "order_particles", "p2g_blocks"};
     if (pass == "p2g") return {"measure", "measure_counts", "choose_scale", "p2g"};
+    if (pass == "refine velocities" && program.refinements > 0) return detail::refining_of(program, sorted);
     std::vector<std::string> points;
     if (pass == "grid update") {
         points = {"grid_update"};
@@ -170,7 +189,9 @@ inline void write_status_words(Json& json, const Program& program) {
         for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
             json.field(name, word++);
     if (program.has("filter_volumes")) json.field("filter_share", word++);
-    if (program.buffer("nodes").count > node_width)
+    if (program.refinements > 0)
+        json.field("momentum_scale_of_term", 29);
+    else if (program.buffer("nodes").count > node_width)
         json.field("largest_momentum_before_forces", 28).field("momentum_scale_before_forces", 29);
     json.field("largest_acceleration", 19);
     json.field("time_left", time_left_word).field("time_left_low", time_left_word + 1).field("steps", steps_word);
@@ -231,7 +252,9 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0. Only if the transfer blends
 ///                  velocities: largest_momentum_before_forces and momentum_scale_before_forces. The buffer "nodes"
 ///                  then has two numbers where else it has one: first those of all nodes with forces, then those before
-///                  forces act.
+///                  forces act. Only if it refines velocities, in more than one term: momentum_scale_of_term, the scale
+///                  of the sums of the last term. The buffer "nodes" then has three or four numbers where else it has
+///                  one, and `step` has the entry points of a term as often as there are terms after the first.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner

@@ -91,9 +91,8 @@ consteval bool require_program() {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_transfer<Transfer>());
     static_assert(firn::detail::require_offers<recorded, D>(std::type_identity<Boundary>{}) || true);
     static_assert(firn::detail::require_acceleration<Field, recorded, D>() || true);
-    static_assert(
-        !refines_velocities<Transfer>,
-        "firn: FMPM takes further passes, for which there are no WGSL kernels; use Pic, Apic, Flip, Aflip or Asflip.");
+    static_assert(!(refines_velocities<Transfer> && blends_velocities<Transfer>),
+                  "firn: a transfer that refines velocities by a series and blends them, too, is not in WGSL.");
     static_assert(!acts_by_gap<Boundary>,
                   "firn: boundaries that act by the gap of particles (GapContact) are not yet in WGSL; give the walls "
                   "and colliders themselves.");
@@ -137,10 +136,14 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     if constexpr (has_mirrors<Boundary>) {
         std::vector<MirrorPlane> walls;
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
-        add_mirrors<Kernel, Transfer, D>(module, boundary, walls);
+        add_mirrors<Kernel, D>(module, boundary, walls, facts.blends || facts.refinements > 0);
     }
     add_g2p<Kernel, Transfer, Force, D>(module, transfer, program.options.periodic);
-    if constexpr (blends_velocities<Transfer>) add_blend<Kernel, Transfer, D>(module, transfer);
+    if constexpr (blends_velocities<Transfer> || refines_velocities<Transfer>)
+        if (facts.blends || facts.refinements > 0) add_before_forces<Kernel, Transfer, D>(module);
+    if constexpr (blends_velocities<Transfer>) add_blend<Transfer, D>(module, transfer);
+    if constexpr (refines_velocities<Transfer>)
+        if (facts.refinements > 0) add_series<Transfer, D>(module, facts.mirrors);
     add_material<D>(module, material);
     if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
     if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
@@ -181,15 +184,15 @@ bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps: the blend
 /// of a transfer of your own, for example. Other members of the policies, such as the contact of a wall, become fixed
-/// parts of the program's text; so do the parameters of a volumetric policy. A filter of volume ratios counts the steps
-/// since the host set the status to 0.
+/// parts of the program's text; so do the parameters of a volumetric policy and of FMPM. A filter of volume ratios
+/// counts the steps since the host set the status to 0.
 ///
 /// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
 /// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
-/// \tparam Transfer        the transfer: Pic, Apic, Flip, Aflip or Asflip
+/// \tparam Transfer        the transfer: Pic, Apic, Flip, Aflip, Asflip or Fmpm
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
-/// \param transfer         the transfer with its parameters, which become uniforms
+/// \param transfer         the transfer with its parameters, which become uniforms but for the order of FMPM
 /// \throws parameter_error  if a parameter of `boundary`, `volume` or `transfer` is not valid
 /// \throws usage_error      if the grid cannot be sparse (\see can_be_sparse), or if it must be, for periodic axes; or
 ///                          if particles of one of several sets would be shifted
@@ -225,6 +228,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       Force::weight_gradients,
                       g2p_needs_gradient<Kernel, Transfer, Force>,
                       blends_velocities<Transfer>,
+                      detail::refinements_of(transfer),
                       has_rate_dependent_stress<Material, D>,
                       has_returned_with_stress<Material, D>,
                       Volume::averages_volume,
@@ -239,13 +243,14 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(options);
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
+    program.refinements = facts.refinements;
 
     detail::UniformLayout uniforms(program);
     detail::add_uniforms(uniforms, D, options);
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
-    uniforms.add_policy(transfer, "transfer");
+    if constexpr (!refines_velocities<Transfer>) uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
     if (options.loads > detail::most_loads)
         throw usage_error(sentence("In WGSL, a set of particles has at most ", detail::most_loads, " loads, not ",

@@ -6,6 +6,7 @@
 #include <firn/wgsl/declarations.hpp>
 #include <firn/wgsl/kernels.hpp>
 #include <firn/wgsl/reaction_kernels.hpp>
+#include <firn/wgsl/refine_kernels.hpp>
 #include <firn/wgsl/sparse_kernels.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
 
@@ -66,10 +67,9 @@ public:
                scatter({.name = "scatter",
                         .target = in_nodes("node_sums", "node"),
                         .before = in_nodes("node_sums", "before_forces(node)")}) +
-               filled(text::p2g) +
-               filled(text::p2g_sorted,
-                      {{"SCATTER", scatter_in_arena()}, {"ADD_BEFORE", blended(text::arena_before_forces)}}) +
-               reactions() + filled(text::grid_update) + mirrors(program) + volume(program) +
+               filled(text::p2g) + filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) +
+               p2g_blocks("p2g_blocks", "scatter_in_arena", "chosen_scale()", "node_index(origin + ${ARENA_NODE})") +
+               series() + reactions() + filled(text::grid_update) + mirrors(program) + volume(program) +
                filled(text::g2p,
                       {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                        {"SEE_SINKS", see_sinks()},
@@ -233,6 +233,37 @@ private:
                         .in_arena = true});
     }
 
+    /// Returns the WGSL text of an entry point that adds up particles in workgroup memory, the text p2g_blocks.
+    /// \param node  the place in the grid of the node ${ARENA_NODE} of the arena
+    std::string p2g_blocks(const char* name, const char* scatter, const char* scale, const char* node) const {
+        return filled(text::p2g_blocks, {{"NAME", name},
+                                         {"SCATTER", scatter},
+                                         {"SCALE", scale},
+                                         {"TARGET", filled(sentence("node_sums[4u * ", node, " + k % 4u]").c_str())},
+                                         {"ADD_BEFORE", blended(text::arena_before_forces)}});
+    }
+    /// Returns the WGSL text of the passes of a series; no text if no velocities are refined.
+    std::string series() const {
+        if (facts_.refinements == 0) return "";
+        const std::string record = "record_in_term(i, fraction)";
+        const Names names{
+            {"GATHER",
+             gather([&](int) { return "array<" + vec("f32") + ", " + support() + ">"; },
+                    [](int) { return "sum_velocities"; }, "velocity_at(last_at(" + node_in_grid() + "))", false)},
+            {"AFFINE", facts_.affine ? "load_affine_velocity(i)" : no_matrix(D_)},
+            {"NO_STRESS", no_matrix(D_)},
+            {"SCATTER",
+             scatter({.name = "scatter_in_term", .target = in_nodes("node_sums", "back_at(node)"), .record = record})}};
+        return filled(text::series, names) +
+               filled(facts_.mirrors ? text::mirrored_series_of_nodes : text::series_of_nodes) +
+               scatter({.name = "scatter_term_in_arena",
+                        .target = "arena[arena_number(node, c)]",
+                        .record = record,
+                        .in_arena = true}) +
+               p2g_blocks("term_blocks", "scatter_term_in_arena", "term_scale()",
+                          "back_at(node_index(origin + ${ARENA_NODE}))");
+    }
+
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
     std::string mirrors(const Program& program) const {
         std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
@@ -249,6 +280,12 @@ private:
                        (facts_.blends ? indented(1) + act_on(before, place, "before_" + n) : "");
             };
             text += filled(text::mirror, mirror_names(program, mirror_pass(k), "stopped()", first, last, act));
+            if (facts_.refinements == 0) return;
+            const auto act_in_term = [&](const std::string& n, const std::string& place) {
+                return act_on("Line(back_at(line.first), line.stride, line.count)", place, "before_" + n);
+            };
+            text +=
+                filled(text::mirror, mirror_names(program, term_mirror_pass(k), "stopped()", first, last, act_in_term));
         });
         return text;
     }
@@ -448,7 +485,7 @@ private:
             return listed(D, [&](int a) { return function + "(f." + axis(a) + ")"; });
         };
         const auto offset = [&](int a) { return "f32(" + counter(a) + " - " + std::to_string(facts_.centre) + ")"; };
-        const std::string last = std::to_string(D - 1);
+        const std::string last = std::to_string(D - 1), axes = D == 2 ? "xy" : "xyz";
         const auto of_block = [](int) { return std::string("4"); };
         const auto of_block_u32 = [](int) { return std::string("4u"); };
         const auto of_pair = [](int) { return std::string("2"); };
@@ -499,7 +536,7 @@ private:
             {"WEIGHT", weight()},
             {"FEWEST", std::to_string(fewest_mass_quanta)},
             {"V_AXES", listed(D, [](int a) { return "v." + axis(a); }) + (D == 2 ? ", 0.0f" : "")},
-            {"AXES", D == 2 ? "xy" : "xyz"},
+            {"AXES", axes},
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
@@ -522,8 +559,10 @@ private:
                                        "atomicStore(&status[18], 0u);" + choose_shifted_share()
                                  : ""},
             {"NO_SHARE", facts_.shifts_particles ? "" : " || !(status_number(16u) > 0.0f)"},
+            {"MOMENTUM", facts_.refinements > 0 ? "bitcast<" + vec("f32") + ">(sums." + axes + ")"
+                                                : vec("f32") + "(sums." + axes + ") * inverse(scale.momentum)"},
             {"CLEAR_LOADS",
-             blended(1, "atomicStore(&status[28], 0u);") +
+             (facts_.blends || facts_.refinements > 0 ? indented(1) + "atomicStore(&status[28], 0u);" : "") +
                  (sums_rates() ? indented(1) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }"
                                : "")},
             {"BEGIN_REACTIONS", facts_.reacting_parts == 0 ? "" : indented(1) + "begin_reactions();"},

@@ -9,6 +9,7 @@
 #include <firn/material/snow.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/flip.hpp>
+#include <firn/transfer/fmpm.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/volume_filter.hpp>
 #include <firn/wgsl/inputs.hpp>
@@ -441,6 +442,86 @@ TEST_CASE("A transfer that blends velocities has eight numbers for a node; other
     CHECK(has(body_of(p, "mirror_0"), "mirrored_before_0(column_before_0)"));
     CHECK(has(body_of(p, "mirrored_0"), "0.375f * select(pushed"));
     CHECK_FALSE(has(body_of(p, "mirrored_before_0"), "0.375f * select(pushed"));
+}
+
+TEST_CASE("A transfer that refines velocities has the entry points of a term as often as there are terms") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0.375});
+    const auto make = [&]<class Transfer>(const Transfer& transfer, wgsl::GridStorage grid) {
+        return wgsl::make_program<QuadraticBSpline, Transfer, WeightGradientForce, 3>(
+            FixedCorotated<float>{}, walls, Gravity<float, 3>{}, OwnVolume{},
+            {.grid = grid, .sinks = 1, .loads = 1, .reactions = grid == wgsl::GridStorage::dense}, transfer);
+    };
+    const auto has = [](const std::string& text, const std::string& part) {
+        return text.find(part) != std::string::npos;
+    };
+    using Names = std::vector<std::string>;
+    for (const auto grid : {wgsl::GridStorage::dense, wgsl::GridStorage::sparse}) {
+        const wgsl::Program pic = make(Pic{}, grid), one = make(Fmpm{.order = 1}, grid),
+                            p = make(Fmpm{.order = 3}, grid);
+        CHECK(wgsl::step_order_of(one) == wgsl::step_order_of(pic));
+        CHECK(wgsl::entry_points_of(pic, "refine velocities").empty());
+        for (const wgsl::Program& other : {pic, one}) {
+            CHECK(other.buffer("nodes").count == 4);
+            for (const std::string& text : {other.code, wgsl::manifest(other)}) {
+                CHECK_FALSE(has(text, "term"));
+                CHECK_FALSE(has(text, "series"));
+                CHECK_FALSE(has(text, "before_forces"));
+            }
+        }
+        CHECK(one.uniforms.size() == pic.uniforms.size());
+        for (const bool sorted : {false, true}) {
+            const std::string scatter = sorted ? "term_blocks" : "scatter_term";
+            CHECK(wgsl::entry_points_of(p, "refine velocities", sorted) ==
+                  Names{"begin_series", "measure_term", "choose_term_scale", scatter, "next_term", "measure_term",
+                        "choose_term_scale", scatter, "last_term"});
+            const Names order = wgsl::step_order_of(p, sorted), before = wgsl::step_order_of(pic, sorted);
+            const auto begin = std::ranges::find(order, "begin_series");
+            REQUIRE(begin != order.begin());
+            CHECK(*(begin - 1) == (sorted ? "p2g_blocks" : "p2g"));
+            CHECK(order.size() == before.size() + 9);
+        }
+        CHECK(p.buffer("nodes").count == 12);
+        CHECK(p.buffer("term").count == 3);
+        CHECK(has(wgsl::manifest(p), "\"momentum_scale_of_term\": 29"));
+        CHECK_FALSE(has(wgsl::manifest(p), "momentum_scale_before_forces"));
+        for (const wgsl::EntryPoint& e : p.entry_points) {
+            INFO(e.name);
+            CHECK(e.bindings.size() - 1 <= 8);
+        }
+        CHECK(p.code == make(Fmpm{.order = 5}, grid).code);  // which is compiled once
+        CHECK_THROWS_AS(make(Fmpm{.order = 0}, grid), parameter_error);
+        CHECK_FALSE(wgsl::has_own_buffers(p, "next_term"));
+        CHECK(wgsl::has_own_buffers(p, "measure_term"));
+        CHECK(wgsl::has_own_buffers(p, "scatter_term"));
+        CHECK(wgsl::has_own_buffers(p, "term_blocks"));
+    }
+
+    // Walls act on each term, without friction.
+    walls.nodes_behind = NodesBehind::mirrored;
+    const wgsl::Program p = make(Fmpm{.order = 2}, wgsl::GridStorage::dense);
+    CHECK(p.buffer("nodes").count == 16);
+    CHECK(wgsl::entry_points_of(p, "refine velocities") ==
+          Names{"begin_series", "term_mirror_0", "term_mirror_1", "term_mirror_2", "keep_first", "measure_term",
+                "choose_term_scale", "scatter_term", "convert_term", "term_mirror_0", "term_mirror_1", "term_mirror_2",
+                "last_term"});
+    CHECK(has(p.code, "if (has_matter(column_before_0)) { store_column(Line(back_at(line.first)"));
+    CHECK_FALSE(has(make(Pic{}, wgsl::GridStorage::dense).code, "mirrored_before_0"));
+    CHECK_FALSE(has(make(Fmpm{.order = 1}, wgsl::GridStorage::dense).code, "mirrored_before_0"));
+    for (const wgsl::EntryPoint& e : p.entry_points) CHECK(e.bindings.size() - 1 <= 8);
+
+    // Of an affine transfer, particles give their affine field, too.
+    struct AffineSeries : Apic {
+        int order = 2;
+        static Vec<wgsl::recorded, 2> next(const Vec<wgsl::recorded, 2>& v_1, const Vec<wgsl::recorded, 2>& v_j,
+                                           const Vec<wgsl::recorded, 2>& there_and_back) {
+            return Fmpm::next(v_1, v_j, there_and_back);
+        }
+    };
+    const wgsl::Program affine = wgsl::make_program<QuadraticBSpline, AffineSeries, MlsForce, 2>(
+        FixedCorotated<float>{}, NoBoundary{}, Gravity<float, 2>{}, OwnVolume{}, {.grid = wgsl::GridStorage::sparse},
+        AffineSeries{});
+    CHECK(has(affine.code, "P2GParticle(load_mass(i), load_volume(i), load_term_velocity(i), load_affine_velocity(i)"));
+    CHECK(affine.entry_point("term_blocks").bindings.size() - 1 == 8);
 }
 
 TEST_CASE("A program for periodic axes has a sparse grid, and the periods as uniforms") {

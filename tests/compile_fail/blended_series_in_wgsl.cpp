@@ -1,5 +1,5 @@
-// A transfer that refines velocities has no WGSL program, and the compiler says so.
-// expect: firn: FMPM takes further passes, for which there are no WGSL kernels
+// A transfer that refines velocities by a series and blends them, too, has no WGSL program, and the compiler says so.
+// expect: firn: a transfer that refines velocities by a series and blends them, too, is not in WGSL
 #include <firn/boundary/walls.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -11,9 +11,15 @@
 using namespace firn;
 
 #ifdef FIRN_GOOD
-using Transfer = Flip<>;
-#else
 using Transfer = Fmpm;
+#else
+struct Transfer : Flip<> {
+    int order = 2;
+    template <class S, int D>
+    static Vec<S, D> next(const Vec<S, D>& v_1, const Vec<S, D>& v_j, const Vec<S, D>& there_and_back) {
+        return Fmpm::next(v_1, v_j, there_and_back);
+    }
+};
 #endif
 
 wgsl::Program program() {
