@@ -25,12 +25,11 @@
 //!   CPU's bits, but for the sign of zeros. Software GPUs do so. Drivers of hardware round otherwise, so on hardware
 //!   programs are exact (`firn::wgsl::Arithmetic`): products, quotients and roots are written so that a driver cannot.
 //!   `webgpu::DeviceOptions` choose.
-//! - There may be up to eight materials of any kind, any transfer but FMPM, any kernel and force form, walls and
-//!   colliders that move, also of meshes, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies
-//!   act on the CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink.
-//!   Loads are those of a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles,
-//!   and passes of your own are refused in a sentence. The state of one of several materials is
-//!   `gpu.state_of_set<firn::Snow<float>>()`.
+//! - There may be up to eight materials of any kind, any transfer, kernel and force form, walls and colliders that
+//!   move, also of meshes, periodic axes, FBar and VolumeFilter. Sources, sinks and lifespans of bodies act on the
+//!   CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads are those of
+//!   a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles, and passes of your
+//!   own are refused in a sentence. The state of one of several materials is `gpu.state_of_set<firn::Snow<float>>()`.
 //! - `gpu.reactions()` gives the impulses of the boundary, as `simulation.reactions` does on the CPU, from run to run the
 //!   same and within 1e-6 of the CPU's.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
@@ -96,7 +95,7 @@ int main() {
     //!   Hosts on one grid, as `on_gpu` makes them.
     //! - A program has all nodes of its domain, or those of blocks that particles reach
     //!   (`firn::wgsl::GridStorage::sparse`, one of the `firn::wgsl::ProgramOptions` of `make_program`).
-    //! - Programs support all transfers but FMPM, and float; periodic axes with a sparse grid
+    //! - Programs support all transfers, and float; periodic axes with a sparse grid
     //!   (`ProgramOptions::periodic`). Each has one material; programs of several share the buffers of the grid.
     //! - A mesh, or a function that is sampled, is a firn::DistanceGrid. `make_inputs` returns its distances for the
     //!   buffer `distances`, and uniforms tell where they lie: another mesh of the same type needs no other program, but

@@ -479,6 +479,9 @@ void reactions() {
     auto flip = made<2>(Fluid<float>{}, 1.0 / 30, 1e-4, Flip{}, scenes::mirrored_walls<2>());
     flip.add(sample_box<2>({0, 0}, {0.3, 0.1}, {.spacing = 1.0 / 60}), 1000, {-2, -3});
     compare_reactions("reactions of mirrored walls, with blended velocities", flip, 20, 0, device);
+    auto fmpm = made<2>(Fluid<float>{}, 1.0 / 30, 1e-4, Fmpm{.order = 3}, scenes::mirrored_walls<2>());
+    fmpm.add(sample_box<2>({0, 0}, {0.3, 0.1}, {.spacing = 1.0 / 60}), 1000, {-2, -3});
+    compare_reactions("reactions of mirrored walls, with refined velocities", fmpm, 20, 0, device);
 
     // One plane: a software GPU takes long to compile more in 3D.
     Collider<HalfSpace<float, 3>> floor{.shape = {{0.36F, 0.48F, 0.8F}}, .contact = Contact::separate, .friction = 0.3};
@@ -652,6 +655,50 @@ void blended_transfers() {
     goes_and_returns("ASFLIP", thrown({1, -2}, 1.0 / 90, Asflip<>{.separation = 0.75F, .approach = 0.25F}));
 }
 
+/// Transfers that refine velocities by a series, of which the number of terms may change.
+void refined_transfers() {
+    const webgpu::Device device;
+    const auto refined = [](int order, double spacing = 1.0 / 90) {
+        auto simulation = thrown({1, -2}, spacing, Fmpm{.order = order});
+        // Heavy grains move otherwise: in some steps the largest momentum is that of an earlier term.
+        simulation.add(sample_box<2>({0.45, 0.35}, {0.55, 0.4}, {.spacing = 0.04}), 1e4, {-0.1, 0.2});
+        return simulation;
+    };
+    compare("FMPM", refined(3), 60, 2, device);
+    compare("FMPM in steps at their bound", bounded(refined(3)), 40, 2, device);
+    compare("FMPM in several chunks, added up by block", refined(2, 1.0 / 250), 10, 1,
+            webgpu::Device({.sums_by_block = true, .at_most = {96 << 10, 96 << 10, 64, 8}}));
+    auto cpu = refined(2);
+    auto gpu = webgpu::on_gpu(cpu, device);
+    for (const int order : {2, 4, 1, 3}) {
+        cpu.transfer.order = gpu.edit().transfer.order = order;
+        for (int k = 0; k < 10; ++k) cpu.step(), gpu.step();
+        check_same_run(sentence("FMPM, now of order ", order, ": "), cpu, gpu);
+    }
+    gpu.edit().transfer.order = 0;
+    check_throws<parameter_error>("FMPM of order 0", {"The order of fmpm is 0"}, [&] { gpu.step(); });
+
+    using Water = Fluid<float>;
+    using Jelly = FixedCorotated<float>;
+    auto fixed = made<2>(Materials<Water, Jelly>({}, Jelly::from_young_poisson(5e4, 0.3)), 1.0 / 120, 1e-4,
+                         scenes::rough_walls<2>(), Fmpm{.order = 3});
+    fixed.template set<Water>().add(sample_box<2>({0.32, 0.32}, {0.4, 0.4}, {.spacing = 1.0 / 240}), 1000, {9, -3});
+    fixed.template set<Jelly>().add(sample_box<2>({0.41, 0.32}, {0.48, 0.4}, {.spacing = 1.0 / 200}), 2000, {-9, 5});
+    const webgpu::Device hardware({.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true});
+    for (const bool at_bound : {false, true}) {
+        auto both = at_bound ? bounded(fixed) : fixed;
+        auto on_device = webgpu::on_gpu(both, hardware);
+        const std::string name = sentence("two materials by FMPM", at_bound ? ", bounded: " : ": ");
+        check(on_device.blocks() > 0, name + "the nodes are sparse");
+        both.advance(0.00395), on_device.advance(0.00395);
+        check(both.steps() > 4, name + "steps are taken");
+        check_same_state(name + "water: ", state_of(both.template set<Water>()),
+                         on_device.template state_of_set<Water>());
+        check_same_state(name + "jelly: ", state_of(both.template set<Jelly>()),
+                         on_device.template state_of_set<Jelly>());
+    }
+}
+
 /// Water and jelly, whose volumes are averaged or filtered apart, on a sparse grid and beside mirrored walls.
 void volumes_of_two_materials() {
     using Water = Fluid<float>;
@@ -806,6 +853,7 @@ int main() {
         small_limits();
         from_one_to_the_other();
         blended_transfers();
+        refined_transfers();
         volumes_of_two_materials();
         errors_of_steps();
         what_is_refused();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <firn/loops/execution.hpp>
-#include <firn/transfer/concept.hpp>
 #include <firn/wgsl/layout.hpp>
 
 #include <concepts>
@@ -22,8 +21,6 @@ consteval bool require_gpu() {
                       std::same_as<Execution, FixedPoint<std::int32_t, Adding::coloured>>,
                   "firn: a GPU adds up integers of 32 bits: give the simulation firn::FixedPoint<std::int32_t>, which "
                   "has the same bits on the CPU.");
-    static_assert(!refines_velocities<std::remove_cvref_t<decltype(std::declval<Simulation&>().transfer)>>,
-                  "firn: FMPM is not yet on a GPU: take the steps on the CPU, or another transfer.");
     static_assert(Simulation::material_count <= wgsl::detail::most_sets, "firn: at most 8 materials run on a GPU.");
     static_assert(!Simulation::has_contact_groups,
                   "firn: contact between groups of bodies is not yet on a GPU: take the steps on the CPU.");

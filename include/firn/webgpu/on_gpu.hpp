@@ -210,8 +210,9 @@ private:
         double blocks = 1;
         for (int a = 0; a < D; ++a)
             blocks *= wgsl::grid_nodes(simulation_.domain().cells(a)) / std::uint32_t(block_size);
-        constexpr int numbers = node_width * (blends_velocities<Transfer> ? 2 : 1);
-        const double bytes = blocks * block_nodes<D> * numbers * sizeof(std::int32_t);
+        const int records = wgsl::detail::records_of_node(blends_velocities<Transfer>,
+                                                          wgsl::detail::refinements_of(simulation_.transfer), false);
+        const double bytes = blocks * block_nodes<D> * records * node_width * sizeof(std::int32_t);
         return blocks > 2.0 * double(blocks_) || bytes > double(device_.limits().largest_buffer());
     }
     /// Takes set k of particles to the device.
@@ -562,13 +563,13 @@ private:
 /// Takes a copy of a simulation to a GPU, which goes on with its steps. States of the GPU's run are written and read as
 /// the CPU's; a run may go from the CPU to a GPU and back.
 ///
-/// Simulations may have up to eight materials, any transfer but FMPM, any kernel, force form and boundary (with
-/// colliders that move, also of meshes and other grids of distances in float), FBar and VolumeFilter (its particle
-/// shifting with one material), and loads of a UniformForce, which then are added in float: see
-/// FixedPoint::float_steps. Sources, sinks and lifespans of bodies act on the CPU: where a burst is due, a body ends or
-/// a particle may have met a sink, the particles come there and back. Reactions are summed for up to eight parts of the
-/// boundary, see OnGpu::reactions(); not together with loads. Sums must be FixedPoint<std::int32_t>, and steps fixed or
-/// chosen in float. What a GPU cannot do is refused in a sentence.
+/// Simulations may have up to eight materials, any transfer, kernel, force form and boundary (with colliders that move,
+/// also of meshes and other grids of distances in float), FBar and VolumeFilter (its particle shifting with one
+/// material), and loads of a UniformForce, which then are added in float: see FixedPoint::float_steps. Sources, sinks
+/// and lifespans of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the
+/// particles come there and back. Reactions are summed for up to eight parts of the boundary, see OnGpu::reactions();
+/// not together with loads. Sums must be FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU
+/// cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
