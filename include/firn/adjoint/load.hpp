@@ -3,6 +3,7 @@
 
 #include <firn/adjoint/gradient.hpp>
 #include <firn/adjoint/inputs.hpp>
+#include <firn/simulation/load.hpp>
 #include <firn/simulation/set_of.hpp>
 
 #include <algorithm>
@@ -165,12 +166,6 @@ detail::DifferentiableForce<F> differentiable_load(const F& f) {
 }
 
 namespace detail {
-
-/// Returns the loads of a set; nullptr if it has none.
-template <std::floating_point S, int D>
-Loads<S, D>* loads_of(const MaybePush<S, D>& loads) {
-    return static_cast<Loads<S, D>*>(loads.operator->());
-}
 
 /// Refuses loads that have no way back. \throws usage_error  if there is one
 template <std::floating_point S, int D>

@@ -109,6 +109,12 @@ private:
     bool are_known_ = false;                // whether these are the forces at the particles' present positions
 };
 
+/// Returns the loads of a set; nullptr if it has none.
+template <std::floating_point S, int D>
+Loads<S, D>* loads_of(const MaybePush<S, D>& loads) {
+    return static_cast<Loads<S, D>*>(loads.operator->());
+}
+
 }  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD

@@ -33,7 +33,7 @@ void check_for_gpu(Simulation& simulation, bool can_be_sparse) {
     bool has_loads = false;
     for (const auto& set : simulation.sets()) {
         if (set.forces) refuse("forces between particles");
-        for (const Load<D>& load : loads_of(set.loads)) {
+        for (const Load<D>& load : list_of_loads(set.loads)) {
             has_loads = true;
             if (!load.force.template target<UniformForce<D>>())
                 refuse("loads that may depend on the position (give a UniformForce)");

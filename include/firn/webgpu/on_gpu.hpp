@@ -176,7 +176,7 @@ private:
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
                                         .sinks = int(set.sinks.size()),
-                                        .loads = int(detail::loads_of(set.loads).size()),
+                                        .loads = int(detail::list_of_loads(set.loads).size()),
                                         .several_sets = Simulation::material_count > 1,
                                         .periodic = is_periodic(simulation_.domain()),
                                         .arithmetic = device_.arithmetic(),

@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -40,9 +41,9 @@ struct Chunk {
 
 /// Returns the loads of a set.
 template <int D>
-std::vector<Load<D>> loads_of(const firn::detail::MaybePush<float, D>& loads) {
-    if (!loads) return {};
-    return static_cast<const firn::detail::Loads<float, D>&>(*loads.operator->()).all();
+std::span<const Load<D>> list_of_loads(const firn::detail::MaybePush<float, D>& held) {
+    if (const auto* const loads = firn::detail::loads_of(held)) return loads->all();
+    return {};
 }
 
 /// Returns the forces of the loads of all sets at a time [s], on each particle of their bodies [N]. \see UniformForce
@@ -50,7 +51,7 @@ template <int D>
 std::vector<Vec<double, D>> forces_of_loads(const SetList<float, D>& sets, double time) {
     std::vector<Vec<double, D>> all;
     for (const auto& set : sets)
-        for (const Load<D>& load : loads_of(set.loads)) all.push_back(load.force(Vec<double, D>::zero(), time));
+        for (const Load<D>& load : list_of_loads(set.loads)) all.push_back(load.force(Vec<double, D>::zero(), time));
     return all;
 }
 
@@ -71,7 +72,7 @@ struct SetOnDevice {
         const std::size_t all = set.particles.size(), most = wgsl::most_particles(program, device.limits());
         const std::size_t count = std::max<std::size_t>(1, (all + most - 1) / most), each = (all + count - 1) / count;
         chunks.resize(count);
-        const std::vector<Load<D>> loads = loads_of(set.loads);
+        const std::span<const Load<D>> loads = list_of_loads(set.loads);
         for (std::size_t c = 0; c < count; ++c) {
             const wgsl::Share share{c * each, each};
             wgsl::Inputs inputs =
