@@ -8,9 +8,11 @@
 #include <firn/boundary/shapes.hpp>
 #include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
+#include <firn/data/mesh_distance.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/io/obj.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -83,8 +85,6 @@ using Materials =
          firn::Sand<float>, firn::Fluid<float>, firn::VonMises<float>, firn::Nacc<float>, SoftTissue<float>>;
 /// Snow whose strength varies from particle to particle.
 using VariedSnow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
-/// Those that have a program with a box in their way, too.
-using WithBox = List<VariedSnow, firn::Fluid<float>, firn::Sand<float>, firn::Snow<float>, firn::FixedCorotated<float>>;
 template <int D>
 using Fields = List<firn::Gravity<float, D>, firn::Attraction<float, D>>;
 
@@ -112,16 +112,32 @@ Combination combination(const Contact& contact, const double& friction) {
             Material::name,    contact.name, Field::name,    make};
 }
 
-/// A material between rough walls, with a box in its way. The materials of one grid have one boundary.
-template <class Material>
-Combination with_box(const double& friction) {
+/// A bunny that stands on the origin [m].
+const firn::TriangleMesh& bunny() {
+    static const firn::TriangleMesh standing = [] {
+        const firn::TriangleMesh read = firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj");
+        const auto mesh = firn::fitted(read, {0.0, 0.0, 0.0}, 0.34);
+        return firn::translated(mesh, {0.0, -firn::bounding_box(mesh).lower[1], 0.0});
+    }();
+    return standing;
+}
+
+/// The bunny as an obstacle, by the distances from its mesh.
+firn::Collider<firn::DistanceGrid<float, 3>> solid_bunny() {
+    static const auto distances = firn::mesh_distance(bunny(), {.spacing = 0.007});
+    return {.shape = {distances}, .thickness_in_cells = 0.5, .position = {0.5, 0.0, 0.5}};
+}
+
+/// A material between rough walls, with an obstacle in its way, a collider that `obstacle` returns.
+template <class Material, class Obstacle>
+Combination with_obstacle(const char* boundary_name, const double& friction, const Obstacle& obstacle) {
     constexpr int D = 3;
     using Field = firn::Attraction<float, D>;
-    const auto make = [&friction] {
-        const double rough = std::max(friction, 0.5);
-        const firn::Together boundary(
-            walls<D>(firn::Contact::separate, rough),
-            firn::Collider<firn::Box<float, D>>{.contact = firn::Contact::separate, .friction = rough});
+    const auto make = [&friction, obstacle] {
+        auto solid = obstacle();
+        solid.contact = firn::Contact::separate;
+        solid.friction = std::max(friction, 0.5);
+        const firn::Together boundary(walls<D>(firn::Contact::separate, solid.friction), solid);
         Field field{};
         field.gravity[1] = -9.81F;
         return firn::wgsl::make_program<First<Kernels>, First<Transfers>, First<Forces>, D>(Material{}, boundary,
@@ -132,9 +148,17 @@ Combination with_box(const double& friction) {
             First<Transfers>::name,
             First<Forces>::name,
             Material::name,
-            "walls_separate_box",
+            boundary_name,
             Field::name,
             make};
+}
+
+/// Snow with a box in its way, and water with a mesh. Of several materials on one grid only the first one's program
+/// changes velocities at nodes, so others beside the water need no obstacle.
+void add_obstacles(std::vector<Combination>& all, const double& friction) {
+    all.push_back(with_obstacle<VariedSnow>("walls_separate_box", friction,
+                                            [] { return firn::Collider<firn::Box<float, 3>>{}; }));
+    all.push_back(with_obstacle<firn::Fluid<float>>("walls_separate_mesh", friction, solid_bunny));
 }
 
 /// Adds every kernel, transfer and force form with the first material, and every material with the first of each. Other
@@ -164,11 +188,28 @@ void add_combinations(std::vector<Combination>& all, const double& friction) {
     });
 }
 
-void write_file(const std::filesystem::path& path, const std::string& text) {
+void write_file(const std::filesystem::path& path, std::string_view text) {
     std::ofstream file(path, std::ios::binary);
     file << text;
     file.close();
     if (!file) throw firn::io_error(path.string() + " cannot be written. Does the folder exist, and is the disk full?");
+}
+
+/// Writes the bytes of numbers.
+template <class T>
+void write_numbers(const std::filesystem::path& path, const std::vector<T>& numbers) {
+    write_file(path, {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T)});
+}
+
+/// Writes what a program with the bunny needs besides: the distances, for its buffer of that name; and for a picture
+/// the positions of the vertices [m], and the vertices of each triangle.
+void write_bunny(const std::filesystem::path& folder, const Program& program) {
+    std::vector<float> vertices;
+    for (const auto& x : bunny().vertices)
+        for (int a = 0; a < 3; ++a) vertices.push_back(float(x[a]));
+    write_numbers(folder / "distances.bin", program.distances.joined());
+    write_numbers(folder / "vertices.bin", vertices);
+    write_numbers(folder / "triangles.bin", bunny().triangles);
 }
 
 void write(const std::filesystem::path& folder, const Combination& chosen) {
@@ -180,20 +221,21 @@ void write(const std::filesystem::path& folder, const Combination& chosen) {
     if (problem) throw firn::io_error("The folder " + folder.string() + " cannot be made: " + problem.message() + ".");
     write_file(folder / "program.wgsl", program.code);
     write_file(folder / "manifest.json", firn::wgsl::manifest(program));
+    if (program.distances.size() > 0) write_bunny(folder, program);
 }
 
 int emit_wgsl(int argc, char** argv) {
     double friction = 0;
     std::vector<Combination> all;
     add_combinations<3>(all, friction);
-    for_each(WithBox{},
-             [&]<class Material>(std::type_identity<Material>) { all.push_back(with_box<Material>(friction)); });
+    add_obstacles(all, friction);
     add_combinations<2>(all, friction);
 
     CLI::App app(
         "Writes WGSL programs from firn's definitions, each with a manifest that says how to run it. It has "
-        "every kernel, transfer and force form with one material, every material with one of these, and some "
-        "of them with an obstacle. A program of your own can make any other combination with firn::wgsl.",
+        "every kernel, transfer and force form with one material, every material with one of these, and two "
+        "with an obstacle: a box, and a mesh, which has files of its own. A program of your own can make any other "
+        "combination with firn::wgsl.",
         "emit_wgsl");
     bool list = false;
     std::string output, all_output;
@@ -216,7 +258,7 @@ int emit_wgsl(int argc, char** argv) {
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     CLI::Option* one =
-        app.add_option("--output", output, "Folder for program.wgsl and manifest.json")->type_name("DIR");
+        app.add_option("--output", output, "Folder for program.wgsl, manifest.json and a mesh")->type_name("DIR");
     app.add_option("--all", all_output, "Write all that --list prints, each to its own folder in DIR")
         ->type_name("DIR")
         ->excludes(one);

@@ -108,8 +108,8 @@ int main() {
     //!   Where VolumeFilter shifts particles, and the host moves walls, it sets room_lower and room_upper anew.
     //!
     //! `06_emit_wgsl --list` lists the programs that it writes: every kernel, transfer and force form with one material,
-    //! every material with one of these, and five with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a
-    //! program of any other combination.
+    //! every material with one of these, and two with an obstacle: a box, and a mesh, whose distances it writes beside
+    //! the program. `--all FOLDER` writes them. firn::wgsl makes a program of any other combination.
     //!
     //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step, as on the CPU.
     //! `host.advance(duration)` takes such steps until the time has passed, on the GPU alone. They are those of the

@@ -106,7 +106,9 @@ function usePolicies(wanted) {
         controls.show(name, !askedProgram && !scenes[from.scene].sets && options.length > 1);
     }
     const { sets, walls } = scenes[from.scene];
-    const all = sets?.map((set) => programs.nearest(set.material, { walls }).program) ?? [chosen.program];
+    // The program of the first set changes velocities at nodes, where walls and obstacle act.
+    const all = sets?.map(({ material: each }, k) => programs.nearest(each, k === 0 ? { walls } : {}).program) ??
+        [chosen.program];
     from.urls = (askedProgram ? [askedProgram] : all).map((program) => `programs/${program}`);
 }
 

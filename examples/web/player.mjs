@@ -22,6 +22,7 @@ export class Player {
     #isRunning = false; // whether the run waits for its steps
     #renderer = null;
     #bodies = null;
+    #mesh = null; // of the programs, if they have one
     #force = { x: 0, y: 0, sign: 0 };
     #pending = 0; // frames that the device has not finished
     #builds = 0;
@@ -105,6 +106,7 @@ export class Player {
         if (String(this.#programs?.map(({ url }) => url)) !== String(urls) || !this.#device)
             await this.#load(urls, sizes[0]);
         const simulation = await this.#create(sizes), { sets } = simulation;
+        if (this.#mesh) simulation.writeBuffer('distances', this.#mesh.distances);
         let drawn = filled;
         if (start) {
             drawn = [await writeCase(simulation, start)];
@@ -169,11 +171,11 @@ export class Player {
 
     /** The obstacle that the program has, where its uniforms say. */
     #obstacle({ values }) {
-        const name = Object.keys(values).find((each) => each.endsWith('_shape_half_extents'));
-        if (!name) return null;
-        const of = name.slice(0, -'shape_half_extents'.length);
-        return { half_extents: values[name], position: values[`${of}position`], rotation: values[`${of}rotation`],
-            colour: this.scene.obstacle?.colour ?? '#9c6248' };
+        const [, of] = Object.keys(values).map((name) => /^(.*_)shape_(half_extents|grid_first)$/.exec(name))
+            .find((found) => found) ?? [];
+        if (!of || (!this.#mesh && !values[`${of}shape_half_extents`])) return null;
+        return { half_extents: values[`${of}shape_half_extents`], position: values[`${of}position`],
+            rotation: values[`${of}rotation`], colour: this.scene.obstacle?.colour ?? '#9c6248' };
     }
 
     async #load(urls, size) {
@@ -183,7 +185,8 @@ export class Player {
         });
         for (const { manifest: { name, dimension } } of fetched)
             if (dimension !== 3) throw new FirnError(`${name} is in ${dimension} dimensions; this page shows three.`);
-        const [{ manifest }] = fetched;
+        const [{ manifest }] = fetched, hasMesh = manifest.distances && !this.from.folder; // a case has its own
+        const mesh = hasMesh ? await (await import('./mesh.mjs')).fetchMesh(urls[0]) : null;
         if (!this.#device) {
             const { nodes } = gridOf({ lower: [0, 0, 0], upper: [1, 1, 1], cell_size: 1 / largest.cells });
             const device = await requestDevice(navigator.gpu, manifest, { particles: largest.particles, nodes })
@@ -198,6 +201,8 @@ export class Player {
             this.#device = device;
         }
         this.#programs = null;
+        this.#mesh = mesh;
+        await this.#renderer.useMesh(mesh);
         this.#programs = await Promise.all(fetched.map(async (each, k) =>
             Object.assign(await Program.create(this.#device, each.manifest, each.code), { url: urls[k] })));
         this.told.loaded(manifest);

@@ -1,4 +1,4 @@
-// Draws a simulation with WebGPU, directly from the simulation's buffers.
+// Draws a simulation with WebGPU, directly from the simulation's buffers, and what is around it.
 import { frameOf, lightMatrix } from './camera.mjs';
 import { longest, plainBox, plainLook } from './scene.mjs';
 
@@ -22,17 +22,17 @@ export class Renderer {
         const format = navigator.gpu.getPreferredCanvasFormat();
         const context = canvas.getContext('webgpu');
         context.configure({ device, format, alphaMode: 'opaque' });
-        Object.assign(renderer, { device, canvas, context, format, speeds: false, isDark: false, sets: [],
-            box: plainBox, look: plainLook });
-        await renderer.#createPipelines(module);
+        Object.assign(renderer, { device, canvas, context, module, format, speeds: false, isDark: false, sets: [],
+            mesh: null, box: plainBox, look: plainLook });
+        await renderer.#createPipelines();
         renderer.shadows = device.createTexture({ size: [shadowPixels, shadowPixels], format: 'depth32float',
             usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING }).createView();
         renderer.sampler = device.createSampler({ compare: 'less', magFilter: 'linear', minFilter: 'linear' });
         return renderer;
     }
 
-    async #createPipelines(module) {
-        const { device, format } = this, { VERTEX, FRAGMENT } = GPUShaderStage;
+    async #createPipelines() {
+        const { device } = this, { VERTEX, FRAGMENT } = GPUShaderStage;
         const uniforms = { binding: 0, visibility: VERTEX | FRAGMENT, buffer: {} };
         this.lightLayout = device.createBindGroupLayout({ entries: [uniforms] });
         this.viewLayout = device.createBindGroupLayout({ entries: [uniforms,
@@ -42,38 +42,72 @@ export class Renderer {
         this.particleLayout = device.createBindGroupLayout({ entries: [0, 1, 2, 3].map((binding) =>
             ({ binding, visibility: VERTEX, buffer: { type: 'read-only-storage' } })) });
         const over = { color: { srcFactor: 'src-alpha', dstFactor: 'one-minus-src-alpha' }, alpha: {} };
-        const create = (name, layouts, more, target = {}) => device.createRenderPipelineAsync({
+        const pictured = [this.viewLayout], particles = [this.viewLayout, this.particleLayout];
+        const lit = [this.lightLayout, this.particleLayout];
+        [this.shadowPipeline, this.sphereDepthPipeline, this.spherePipeline, this.groundPipeline, this.edgePipeline,
+            this.boxPipelines] = await Promise.all([
+            this.#pipeline('shadow', lit, this.#depthOnly('shadow_vertex', 'shadow_fragment')),
+            this.#pipeline('sphere depth', lit, this.#depthOnly('sphere_vertex', 'sphere_depth_fragment')),
+            this.#pipeline('sphere', particles, { multisample: { count: samples, alphaToCoverageEnabled: true } }),
+            this.#pipeline('ground', pictured, { primitive: { topology: 'triangle-strip' } }),
+            this.#pipeline('edge', pictured, { depthStencil: { format: 'depth24plus', depthWriteEnabled: false,
+                depthCompare: 'less' } }, { blend: over }),
+            this.#obstaclePipelines('box'),
+        ]);
+    }
+
+    #pipeline(name, layouts, { vertex = {}, ...more } = {}, target = {}) {
+        const { device, module, format } = this;
+        return device.createRenderPipelineAsync({
             label: name, layout: device.createPipelineLayout({ bindGroupLayouts: layouts }),
-            vertex: { module, entryPoint: `${name}_vertex` },
+            vertex: { module, entryPoint: `${name}_vertex`, ...vertex },
             fragment: { module, entryPoint: `${name}_fragment`, targets: [{ format, ...target }] },
             depthStencil: { format: 'depth24plus', depthWriteEnabled: true, depthCompare: 'less' },
             multisample: { count: samples }, ...more,
         });
-        const depthOnly = (vertex, fragment) => ({ multisample: {}, vertex: { module, entryPoint: vertex },
+    }
+
+    #depthOnly(vertex, fragment, buffers = []) {
+        const { module } = this;
+        return { multisample: {}, vertex: { entryPoint: vertex, buffers },
             fragment: fragment && { module, entryPoint: fragment, targets: [] },
-            depthStencil: { format: 'depth32float', depthWriteEnabled: true, depthCompare: 'less' } });
-        const pictured = [this.viewLayout], particles = [this.viewLayout, this.particleLayout];
-        const lit = [this.lightLayout, this.particleLayout];
-        [this.shadowPipeline, this.boxShadowPipeline, this.sphereDepthPipeline, this.boxDepthPipeline,
-            this.spherePipeline, this.boxPipeline, this.groundPipeline, this.edgePipeline] = await Promise.all([
-            create('shadow', lit, depthOnly('shadow_vertex', 'shadow_fragment')),
-            create('box shadow', [this.lightLayout], depthOnly('box_shadow_vertex')),
-            create('sphere depth', lit, depthOnly('sphere_vertex', 'sphere_depth_fragment')),
-            create('box depth', [this.lightLayout], depthOnly('box_vertex')),
-            create('sphere', particles, { multisample: { count: samples, alphaToCoverageEnabled: true } }),
-            create('box', pictured),
-            create('ground', pictured, { primitive: { topology: 'triangle-strip' } }),
-            create('edge', pictured, { depthStencil: { format: 'depth24plus', depthWriteEnabled: false,
-                depthCompare: 'less' } }, { blend: over }),
-        ]);
+            depthStencil: { format: 'depth32float', depthWriteEnabled: true, depthCompare: 'less' } };
+    }
+
+    /** What draws an obstacle, a box or a mesh: its shadow, its depth and its picture. */
+    async #obstaclePipelines(name, buffers = []) {
+        const [shadow, depth, picture] = await Promise.all([
+            this.#pipeline(`${name} shadow`, [this.lightLayout],
+                this.#depthOnly(`${name}_shadow_vertex`, undefined, buffers)),
+            this.#pipeline(`${name} depth`, [this.lightLayout],
+                this.#depthOnly(`${name}_vertex`, undefined, buffers)),
+            this.#pipeline(name, [this.viewLayout], { vertex: { buffers } })]);
+        return { shadow, depth, picture };
+    }
+
+    /** Makes a mesh, see mesh.mjs, the obstacle that show() can have; null: that is a box. */
+    async useMesh(mesh) {
+        for (const buffer of this.mesh?.buffers ?? []) buffer.destroy();
+        this.mesh = null;
+        if (!mesh) return;
+        this.meshPipelines ??= await this.#obstaclePipelines('mesh', [0, 1].map((shaderLocation) =>
+            ({ arrayStride: 12, attributes: [{ shaderLocation, offset: 0, format: 'float32x3' }] })));
+        const { VERTEX, INDEX, COPY_DST } = GPUBufferUsage;
+        const { vertices, normals, triangles } = mesh;
+        const buffers = [[vertices, VERTEX], [normals, VERTEX], [triangles, INDEX]].map(([numbers, usage]) => {
+            const buffer = this.device.createBuffer({ size: numbers.byteLength, usage: usage | COPY_DST });
+            this.device.queue.writeBuffer(buffer, 0, numbers);
+            return buffer;
+        });
+        this.mesh = { buffers, indices: triangles.length };
     }
 
     /**
      * Sets what to draw.
      * @param sets of particles: { simulation, body, spacing, look }: the number of each particle's body, the spacing
      *        [m], and how they look
-     * @param scene { cellSize, box, look, obstacle }: `obstacle` is null or { half_extents, position [m], rotation,
-     *        colour }
+     * @param scene { cellSize, box, look, obstacle }: `obstacle` is null or { half_extents (of a box), position [m],
+     *        rotation, colour }
      */
     show(sets, { cellSize, box, look, obstacle }) {
         for (const { bodies, uniforms } of this.sets) for (const buffer of [bodies, uniforms]) buffer.destroy();
@@ -155,6 +189,17 @@ export class Renderer {
             pass.setPipeline(pipeline);
             pass.draw(vertices);
         };
+        const solid = this.mesh ? this.meshPipelines : this.boxPipelines;
+        const drawObstacle = (pass, pipeline) => {
+            if (!this.obstacle) return;
+            if (!this.mesh) return drawn(pass, pipeline, 36);
+            const [vertices, normals, triangles] = this.mesh.buffers;
+            pass.setPipeline(pipeline);
+            pass.setVertexBuffer(0, vertices);
+            pass.setVertexBuffer(1, normals);
+            pass.setIndexBuffer(triangles, 'uint32');
+            pass.drawIndexed(this.mesh.indices);
+        };
         const drawParticles = (pass, pipeline, group) => {
             for (const set of this.sets) {
                 pass.setBindGroup(0, set[group]);
@@ -162,17 +207,17 @@ export class Renderer {
                 drawn(pass, pipeline, 3 * set.simulation.particles);
             }
         };
-        const drawDepth = (view, spheres, box) => {
+        const drawDepth = (view, spheres, obstacle) => {
             const pass = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment: { view,
                 depthClearValue: 1, depthLoadOp: 'clear', depthStoreOp: 'store' } });
             pass.setBindGroup(0, lightGroup);
-            if (this.obstacle && box) drawn(pass, box, 36);
-            if (spheres) drawParticles(pass, spheres, 'lightGroup');
+            drawObstacle(pass, obstacle);
+            drawParticles(pass, spheres, 'lightGroup');
             pass.end();
         };
-        drawDepth(this.shadows, this.shadowPipeline, this.boxShadowPipeline);
+        drawDepth(this.shadows, this.shadowPipeline, solid.shadow);
         if (this.look.shade > 0 || this.obstacle) // otherwise it is not read
-            drawDepth(this.front.createView(), this.sphereDepthPipeline, this.boxDepthPipeline);
+            drawDepth(this.front.createView(), this.sphereDepthPipeline, solid.depth);
         const [r, g, b] = [1, 3, 5].map((i) => parseInt(this.theme[0].slice(i, i + 2), 16) / 255);
         const pass = encoder.beginRenderPass({
             colorAttachments: [{ view: this.colour.createView(), clearValue: { r, g, b, a: 1 }, loadOp: 'clear',
@@ -181,7 +226,7 @@ export class Renderer {
                 depthStoreOp: 'discard' },
         });
         pass.setBindGroup(0, viewGroup);
-        if (this.obstacle) drawn(pass, this.boxPipeline, 36);
+        drawObstacle(pass, solid.picture);
         drawParticles(pass, this.spherePipeline, 'viewGroup');
         pass.setBindGroup(0, viewGroup);
         drawn(pass, this.groundPipeline, 4);

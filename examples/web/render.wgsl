@@ -229,7 +229,7 @@ fn sphere_depth_fragment(sphere: Sphere) -> @builtin(frag_depth) f32 {
     return depth.z / depth.w;
 }
 
-// ---- the obstacle: a box ----
+// ---- the obstacle: a box, or a mesh ----
 
 struct Face {
     @builtin(position) position: vec4<f32>,
@@ -264,13 +264,40 @@ fn box_vertex(@builtin(vertex_index) k: u32) -> Face { return face_of(k, view.cl
 @vertex
 fn box_shadow_vertex(@builtin(vertex_index) k: u32) -> Face { return face_of(k, view.light_clip); }
 
-@fragment
-fn box_fragment(face: Face) -> @location(0) vec4<f32> {
-    let direct = light_at(face.x + 0.012 * view.lower.w * face.normal, 0.006, 12u);
-    let facing = max(dot(face.normal, view.light.xyz), 0.0);
-    let open = openness(vec2<i32>(face.position.xy), face.x, face.normal, 14.0 * view.right.w);
-    let sky = mix(0.34, 0.62, 0.5 + 0.5 * face.normal.y) * open;
+fn lit_obstacle(position: vec4<f32>, x: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
+    let direct = light_at(x + 0.012 * view.lower.w * normal, 0.006, 12u);
+    let facing = max(dot(normal, view.light.xyz), 0.0);
+    let open = openness(vec2<i32>(position.xy), x, normal, 14.0 * view.right.w);
+    let sky = mix(0.34, 0.62, 0.5 + 0.5 * normal.y) * open;
     return vec4(shown(view.obstacle_colour.rgb * (sky + 0.8 * facing * direct)), 1.0);
+}
+
+@fragment
+fn box_fragment(face: Face) -> @location(0) vec4<f32> { return lit_obstacle(face.position, face.x, face.normal); }
+
+struct Solid {
+    @builtin(position) position: vec4<f32>,
+    @location(0) x: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+}
+
+fn vertex_of(place: vec3<f32>, normal: vec3<f32>, clip: mat4x4<f32>) -> Solid {
+    let x = view.obstacle.xyz + turned(place);
+    return Solid(clip * vec4(x, 1.0), x, turned(normalize(normal)));
+}
+
+@vertex
+fn mesh_vertex(@location(0) place: vec3<f32>, @location(1) normal: vec3<f32>) -> Solid {
+    return vertex_of(place, normal, view.clip);
+}
+@vertex
+fn mesh_shadow_vertex(@location(0) place: vec3<f32>, @location(1) normal: vec3<f32>) -> Solid {
+    return vertex_of(place, normal, view.light_clip);
+}
+
+@fragment
+fn mesh_fragment(solid: Solid) -> @location(0) vec4<f32> {
+    return lit_obstacle(solid.position, solid.x, normalize(solid.normal));
 }
 
 // ---- ground ----

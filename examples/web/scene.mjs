@@ -53,12 +53,14 @@ const packed = {
     highest_stretch: (stretch, strength) => 1 + strength * (stretch - 1),
 };
 
-// box, obstacle [m]; bodies: shape; size of the surrounding box [m]; centre [m]; anchor: the point [m] towards which a
-// body shrinks (its centre, if left out); turn [rad] about x, then y, then z; velocity [m/s]; jitter: how far particles
-// are off their lattice, 1: anywhere in their cell. vary: the fields of a particle from the program's parameter and
-// the particle's strength. cells: the choices along the longest edge of the box. values: of the controls. sets: of
-// several materials on one grid, each with its bodies, its density [kg/m^3], its material's parameters and what is its
-// own of the look; jet: a disc from which particles come, with its velocity [m/s], from `start` to `end` [s].
+// box [m]; obstacle: where that of the program is [m], if it has one, and its colour; bodies: shape; size of the
+// surrounding box [m]; centre [m]; anchor: the point [m] towards which a body shrinks (its centre, if left out); turn
+// [rad] about x, then y, then z; velocity [m/s]; jitter: how far particles are off their lattice, 1: anywhere in their
+// cell. vary: the fields of a particle from the program's parameter and the particle's strength. cells: the choices
+// along the longest edge of the box. values: of the controls. sets: of several materials on one grid, each with its
+// bodies, its density [kg/m^3], its material's parameters and what is its own of the look; jet: a disc from which
+// particles come, with its velocity [m/s], from `start` to `end` [s]. Walls and obstacle are those of the first set's
+// program.
 export const scenes = {
     snow: {
         title: 'Snowball', materials: ['per_particle_snow'], walls: 'separate_box', look: looks.snow,
@@ -80,7 +82,7 @@ export const scenes = {
     },
     dam: {
         title: 'Dam break', materials: ['fluid'], walls: 'separate', look: looks.water,
-        box: { lower: [0, 0, 0], upper: [1.2, 0.6, 0.3] },
+        box: { lower: [0, 0, 0], upper: [1.2, 0.6, 0.3] }, obstacle: { position: [0.95, 0, 0.15], colour: '#8c6e9c' },
         view: { target: [0.6, 0.24, 0.15], distance: 2.2, yaw: 0.35, pitch: 0.26 },
         bodies: [{ shape: 'block', size: [0.6, 0.4, 0.3], centre: [0.3, 0.2, 0.15], anchor: [0, 0, 0],
             velocity: [0, 0, 0], jitter: 0.6 }],
@@ -99,9 +101,9 @@ export const scenes = {
             velocity: [-1.2, 1.4, 0] },
     ] },
     tank: {
-        title: 'Water, sand, snow and jelly', materials: ['fluid'], walls: 'separate_box', look: looks.water,
+        title: 'Water, sand, snow and jelly', materials: ['fluid'], walls: 'separate_mesh', look: looks.water,
         box: { lower: [0, 0, 0], upper: [1.2, 0.8, 0.6] },
-        obstacle: { half_extents: [0.07, 0.17, 0.13], position: [0.56, 0.17, 0.3], colour: '#8d8f94' },
+        obstacle: { position: [0.56, 0, 0.3], colour: '#8c6e9c' },
         view: { target: [0.6, 0.27, 0.3], distance: 2.3, yaw: 0.42, pitch: 0.3 },
         sets: [
             { material: 'fluid', density: 1000, bodies: [{ shape: 'block', size: [0.4, 0.15, 0.6],
@@ -221,7 +223,8 @@ export function writeBodies(simulation, { particles, position, velocity, volume 
         mass: volume.map((v) => density * v) });
 }
 
-async function fetched(url) {
+/** The answer with the file at `url`. */
+export async function fetched(url) {
     const answer = await fetch(url);
     if (!answer.ok) throw new FirnError(`${url} cannot be read: ${answer.status}.`);
     return answer;

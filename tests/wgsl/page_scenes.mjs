@@ -1,5 +1,6 @@
 // What the page's own scenes promise: tests for page.mjs.
 import assert from 'node:assert/strict';
+import { basename } from 'node:path';
 import { bodiesVolume, scenes } from '../../examples/web/scene.mjs';
 
 const small = 'cells=32&particles=1000&paused=1';
@@ -63,6 +64,60 @@ const tankOf = (page) => page.evaluate(async () => {
         upper[k % 3] = Math.max(upper[k % 3], x);
     });
     return { sets: all, lower, upper, time: firn.figures.time };
+});
+
+/** The mesh in the tank: its position, and where its vertices are on the canvas, those above a height [m] first. */
+const meshOf = (page, height) => page.evaluate(async (from) => {
+    const { values } = firn.simulation, position = values.boundary_1_position;
+    const { name } = performance.getEntriesByType('resource').find((each) => each.name.endsWith('/vertices.bin'));
+    const numbers = new Float32Array(await (await fetch(name)).arrayBuffer());
+    const vertices = Array.from({ length: numbers.length / 3 }, (_, v) =>
+        position.map((x, a) => x + numbers[3 * v + a]));
+    const isHigh = ([, y]) => y > from, projected = (some) => some.map(firn.project);
+    return { position, high: projected(vertices.filter(isHigh)), low: projected(vertices.filter((x) => !isHigh(x))) };
+}, height);
+
+/**
+ * How many pixels have the mesh's colour: of those at its vertices that nothing hides, and of those around it; and how
+ * many of the former are in the light.
+ */
+function meshIn({ width, rgba }, { high, low }) {
+    const colour = ([x, y]) => rgba.subarray(4 * (Math.round(y) * width + Math.round(x)));
+    const isOfMesh = (place) => {
+        const [r, g, b] = colour(place);
+        return r > 1.1 * g && b > 1.1 * g && b < 1.6 * r;
+    };
+    const all = [...high, ...low], far = 6, around = [];
+    const [[left, right], [top, bottom]] = [0, 1].map((a) => {
+        const along = all.map((place) => place[a]);
+        return [Math.min(...along) - far, Math.max(...along) + far];
+    });
+    for (let y = Math.ceil(top); y < bottom; ++y) for (let x = Math.ceil(left); x < right; ++x)
+        if (all.every(([px, py]) => Math.max(Math.abs(px - x), Math.abs(py - y)) > far)) around.push([x, y]);
+    const part = (places, is) => places.filter(is).length / places.length;
+    return { inside: part(high, isOfMesh), around: part(around, isOfMesh), pixels: around.length,
+        lit: part(high, (place) => colour(place)[0] > 130) };
+}
+
+/**
+ * How deep particles are in the mesh [m], by the distance of the node next to each, and how many are up to a cell away;
+ * and how far the mesh's vertices are from where the distances are 0 [spacings].
+ */
+const depthsOf = (page) => page.evaluate(async () => {
+    const { values } = firn.simulation, files = performance.getEntriesByType('resource');
+    const [distances, vertices] = await Promise.all(['/distances.bin', '/vertices.bin'].map(async (file) =>
+        new Float32Array(await (await fetch(files.find(({ name }) => name.endsWith(file)).name)).arrayBuffer())));
+    const [lower, nodes, strides, spacing] = ['lower', 'nodes', 'strides', 'spacing']
+        .map((name) => values[`boundary_1_shape_grid_${name}`]);
+    const distancesAt = (points, origin) => Array.from({ length: points.length / 3 }, (_, i) => {
+        const node = lower.map((x, a) => Math.round((points[3 * i + a] - origin[a] - x) / spacing));
+        const isThere = node.every((n, a) => n >= 0 && n < nodes[a]);
+        return isThere ? distances[node.reduce((sum, n, a) => sum + n * strides[a], 0)] : Infinity;
+    });
+    const ofParticles = distancesAt(await firn.positions(), values.boundary_1_position);
+    const off = distancesAt(vertices, [0, 0, 0]).reduce((most, d) => Math.max(most, Math.abs(d)), 0) / spacing;
+    return { deepest: -Math.min(...ofParticles, 0), near: ofParticles.filter((d) => d < values.cell_size).length, off,
+        cell: values.cell_size, largest: -distances.reduce((a, b) => Math.min(a, b)) };
 });
 
 /** The colour of a picture around a place [pixels]: the middle one of each channel. */
@@ -178,13 +233,18 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
             sand: [[0.15, 0.1, 0.45], ([r, g, b]) => r > 1.1 * g && g > 1.2 * b],
             snow: [sets[2].bodies[0].centre, ([r, g, b]) => Math.min(r, g, b) > 170 && Math.max(r, g, b) < 1.2 * r],
             green: [sets[3].bodies[0].centre, ([r, g, b]) => g > 1.3 * r && g > 1.2 * b],
-            obstacle: [[obstacle.position[0], 0.25, obstacle.position[2] + obstacle.half_extents[2]],
-                ([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b) < 20 && r < 190],
         };
         for (const [what, [point, has]] of Object.entries(colours)) {
             const [[x], [y]] = await rangeOf(page, [point]), colour = colourAt(picture, [x, y]);
             assert.ok(has(colour), `${what} has the colour ${colour}`);
         }
+        const ofMesh = (await filesOf(page)).filter((file) => file.endsWith('.bin')).map((file) => basename(file));
+        assert.deepEqual(ofMesh.sort(), ['distances.bin', 'triangles.bin', 'vertices.bin']);
+        const there = await meshOf(page, 0.12), mesh = meshIn(picture, there); // water may hide what is lower
+        assert.deepEqual(there.position, obstacle.position);
+        assert.ok(mesh.inside > 0.9 && mesh.pixels > 2000 && mesh.around === 0,
+            `${mesh.inside} of the mesh and ${mesh.around} of ${mesh.pixels} pixels around it have its colour`);
+        assert.ok(mesh.lit > 0.2, `${mesh.lit} of the mesh is in the light`);
 
         // First in frames; a second run does not depend on them.
         await page.evaluate(async () => {
@@ -218,11 +278,21 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
             await firn.step(count);
         }, steps);
         assert.deepEqual(await tankOf(page), poured, 'a second run');
+
+        // Water is thrown at the mesh.
+        await page.locator('#control_gravity_0').fill('-100');
+        await page.locator('#control_cells').selectOption('32');
+        await page.evaluate(async () => { do await firn.step(10); while (firn.figures.time < 0.085); });
+        const { deepest, near, off, cell, largest } = await depthsOf(page);
+        assert.ok(off > 0 && off < 1, `vertices are up to ${off} spacings from where distances are 0`);
+        assert.ok(near > 50 && deepest < cell && largest > 2 * cell,
+            `${near} particles are at the mesh, up to ${deepest} m deep; a cell has ${cell} m, it ${largest} m`);
         const programs = (await filesOf(page)).filter((file) => file.endsWith('program.wgsl'));
         assert.equal(programs.length, sets.length);
         assert.deepEqual(problems, []);
         console.log(`     ${poured.sets.map(({ material, particles }) => `${material} ${particles}`).join(', ')}; ` +
-            `${steps} steps, ${poured.time.toFixed(3)} s, ${bursts(poured.time)} bursts of ${each}`);
+            `${steps} steps, ${poured.time.toFixed(3)} s, ${bursts(poured.time)} bursts of ${each}; ${near} are at the ` +
+            `mesh, up to ${(deepest / cell).toFixed(2)} cells deep`);
         await page.close();
     },
 
@@ -232,7 +302,8 @@ export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
         assert.equal(values.material_hardening, 4);
         const files = await filesOf(page);
         assert.equal(files.filter((file) => file.endsWith('program.wgsl')).length, 1);
-        assert.ok(!files.some((file) => /\/(sets|sources)\.mjs/.test(file)), 'what only the tank needs is left out');
+        assert.ok(!files.some((file) => /\/(sets|sources|mesh)\.mjs|\.bin$/.test(file)),
+            'what only the tank needs is left out');
         const total = () => page.evaluate(async () => {
             const [mass, volume] = [await firn.simulation.read('mass'), await firn.simulation.read('volume')];
             return mass[0] / volume[0];
