@@ -154,6 +154,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
     done
     if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank sets); fi
     if ((${#webgpu[@]})) && [[ $full == yes ]]; then other_lane+=(example); fi
+    if [[ -x $programs/tests/wgsl/firn_webgpu_features ]]; then other_lane+=(features); fi # built with --full
     if ((jobs > 1)); then
         wgsl_lane "${lane[@]}" &
         wgsl_lane "${other_lane[@]}"
@@ -184,6 +185,7 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
             host_in_c++) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_host" ;;
             on_gpu) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_on_gpu" ;;
             tank) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_tank" "$build/sets" ;;
+            features) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_features" ;;
             sets) logged "$name" firn_dawn "$tests/sets.mjs" "$build/sets" ;; # what tank has written
             example) logged "$name" gpu_example ;;
             tint) logged "$name" firn_dawn "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;

@@ -1,7 +1,7 @@
 /// \file Steps on the GPU that is there: how long they take, pass by pass, and whether their bits are the CPU's.
 ///
 ///     firn_gpu_steps [--particles N[,N…]] [--scene elastic|snow|sand|four] [--steps K] [--turns K] [--quick]
-///     firn_gpu_steps --check [--particles N[,N…]] [--scene …]
+///     firn_gpu_steps --check [--particles N[,N…]] [--scene …] [--steps K]
 ///     firn_gpu_steps --adapter
 ///
 /// A line for each scene and number of particles: milliseconds a step, the median of the turns, each of K steps; and
@@ -11,8 +11,9 @@
 /// writes counted twice, and the gigabytes a second that they would be. That is an upper bound: it may touch fewer; but
 /// what it reads and adds at nodes is not in it.
 ///
-/// --check takes 20 steps on the GPU and on the CPU instead, and counts the particles that have other bits then (zeros
-/// may have another sign, and numbers below 1.2e-38 may be 0). --quick is a short measurement of the smaller size.
+/// --check takes K steps (20) on the GPU and on the CPU instead, and counts the particles that have other bits then
+/// (zeros may have another sign, and numbers below 1.2e-38 may be 0). --quick is a short measurement of the smaller
+/// size.
 /// --adapter names the GPU, and ends with 1 if there is none.
 #include <firn/io/simulation_state.hpp>
 #include <firn/webgpu/on_gpu.hpp>
@@ -234,8 +235,7 @@ void compare(Simulation& cpu, Simulation& gpu, Differences& differences) {
 }
 
 template <class Simulation>
-void check(const std::string& scene, Simulation cpu, const webgpu::Device& device) {
-    constexpr int steps = 20;
+void check(const std::string& scene, Simulation cpu, const webgpu::Device& device, int steps) {
     auto gpu = webgpu::on_gpu(cpu, device);
     take_steps(gpu, steps);
     for (int k = 0; k < steps; ++k) cpu.step();
@@ -302,15 +302,15 @@ void run(const webgpu::Device& device, Options options) {
             software ? std::vector<std::size_t>{8'000, 64'000} : std::vector<std::size_t>{100'000, 1'000'000};
         if (options.quick) options.particles.pop_back();
     }
-    if (options.steps == 0) options.steps = software ? 4 : options.quick ? 10 : 50;
+    if (options.steps == 0) options.steps = options.check ? 20 : software ? 4 : options.quick ? 10 : 50;
     if (options.turns == 0) options.turns = options.quick ? 1 : software ? 3 : 5;
     if (options.scene.empty() && software) {
         std::printf("On a software GPU, which compiles a program for a minute, only one scene; others by --scene.\n");
         options.scene = "elastic";
     }
     if (options.check)
-        std::printf("%-8s %11s %11s\n", "scene", "particles",
-                    "other bits, and their largest differences, after 20 steps");
+        std::printf("%-8s %11s   other bits, and their largest differences, after %d steps\n", "scene", "particles",
+                    options.steps);
     else
         std::printf("%-8s %11s %11s %-6s %10s %9s    (%d turns of %d steps)\n", "scene", "particles", "nodes", "grid",
                     "ms a step", "M p-s/s", options.turns, options.steps);
@@ -320,7 +320,7 @@ void run(const webgpu::Device& device, Options options) {
         found = true;
         for (const std::size_t particles : options.particles) {
             if (options.check)
-                check(scene, make(particles), device);
+                check(scene, make(particles), device, options.steps);
             else
                 measure(scene, make(particles), device, options);
         }
