@@ -9,10 +9,10 @@
 
 #include <firn/core/requirements.hpp>
 
-#include <firn/loops/wrong_particles.hpp>
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
 #include <firn/webgpu/check_for_gpu.hpp>
+#include <firn/webgpu/failed_particle.hpp>
 #include <firn/webgpu/from_corner.hpp>
 #include <firn/webgpu/reactions_on_device.hpp>
 #include <firn/webgpu/set_on_device.hpp>
@@ -171,7 +171,9 @@ private:
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
         blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
-        is_sparse_ = can_be_sparse && (is_periodic(simulation_.domain()) || has_many_empty_blocks());
+        is_sparse_ = can_be_sparse && (is_periodic(simulation_.domain()) ||
+                                       detail::has_many_empty_blocks(simulation_.domain(), simulation_.transfer,
+                                                                     blocks_, device_.limits()));
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
         const auto options = [&](const auto& set) {
             return wgsl::ProgramOptions{.grid = grid_storage,
@@ -205,16 +207,6 @@ private:
         is_fresh_ = true;
     }
 
-    /// Returns whether a dense grid does not fit, or has more than twice as many blocks as particles need.
-    bool has_many_empty_blocks() const {
-        double blocks = 1;
-        for (int a = 0; a < D; ++a)
-            blocks *= wgsl::grid_nodes(simulation_.domain().cells(a)) / std::uint32_t(block_size);
-        const int records = wgsl::detail::records_of_node(blends_velocities<Transfer>,
-                                                          wgsl::detail::refinements_of(simulation_.transfer), false);
-        const double bytes = blocks * block_nodes<D> * records * node_width * sizeof(std::int32_t);
-        return blocks > 2.0 * double(blocks_) || bytes > double(device_.limits().largest_buffer());
-    }
     /// Takes set k of particles to the device.
     template <class Set>
     void upload(const Set& set, std::size_t k) {
@@ -490,7 +482,11 @@ private:
         const double dt = step_behind(failed);
         std::string text = sentence("At step ", at.steps, ", of ", dt, " s from ", at.time,
                                     " s on: ", wgsl::error_sentences.at(status.error - 1));
-        if (status.particle != no_particle) text += " " + text_of_particle(status.set, status.particle);
+        if (status.particle != no_particle) {
+            const auto& set = simulation_.sets_[status.set];
+            text += " " + detail::text_of_particle(sets_.at(status.set), status.particle, simulation_.domain(),
+                                                   sets_.size() > 1 ? set.name_of_material() : "");
+        }
         text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
                 " The simulation can neither go on nor be written: restore() its last state.";
         go_back_to(failed);
@@ -498,25 +494,6 @@ private:
         has_failed_ = true;
         moments_.clear();
         detail::throw_error(status.error, text);
-    }
-    [[gnu::cold]] std::string text_of_particle(std::size_t k, std::size_t i) {
-        const detail::Chunk& chunk = sets_.at(k).chunk_of(i);
-        const auto of_particle = [&](const char* component) {
-            const std::vector<float> all = chunk.host->template read<float>(component);
-            Vec<double, D> value{};
-            for (std::size_t a = 0; a < std::size_t(D); ++a) value[int(a)] = double(all[i * std::size_t(D) + a]);
-            return value;
-        };
-        const Domain<D>& domain = simulation_.domain();
-        Vec<double, D> x = domain.lower + (of_particle("corner") + of_particle("place")) * domain.cell_size;
-        for (int a = 0; a < D; ++a) x[a] = into_domain(domain, a, x[a]);
-        const Vec<double, D> v = of_particle("velocity");
-        firn::detail::ParticleFacts facts{.id = chunk.ids[i], .dimension = D, .has_position = true};
-        std::copy_n(x.v, D, facts.position);
-        std::copy_n(v.v, D, facts.velocity);
-        return sentence("It is ", facts.text(),
-                        sets_.size() > 1 ? sentence(", of the material ", simulation_.sets_[k].name_of_material()) : "",
-                        ".");
     }
 
     /// Copies the particles back, if the device has taken steps since.
