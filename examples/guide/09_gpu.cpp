@@ -30,6 +30,9 @@
 //!   CPU: a run waits for it where a burst is due, a body ends, or a particle may have met a sink. Loads are those of
 //!   a `firn::UniformForce`, added in float (`float_steps`). Other loads, forces between particles, and passes of your
 //!   own are refused in a sentence. The state of one of several materials is `gpu.state_of_set<firn::Snow<float>>()`.
+//! - `gpu.step(field)` and `gpu.advance(0.02, field)` take an acceleration in place of gravity, as on the CPU: a vector,
+//!   firn's Attraction and Damped, or one of your own that lists its `parameters()`. These may change from call to call.
+//!   A field of another type needs another program: the particles then go to the CPU and back.
 //! - `gpu.reactions()` gives the impulses of the boundary, as `simulation.reactions` does on the CPU, from run to run the
 //!   same and within 1e-6 of the CPU's.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have

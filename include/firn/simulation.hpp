@@ -413,12 +413,13 @@ private:
     }
     template <class Acceleration>
     double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {
+        double largest = 0;
         if constexpr (acts_by_gap<Boundary>)
-            return detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{});
+            largest = detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{});
         else if constexpr (boundary_fits)
-            return detail::update_grid_and_mirrors(now.threads, now.ranks, grid_, now.dt, acceleration, boundary,
-                                                   now.mirrors, reactions ? &*reactions : nullptr);
-        return 0;
+            largest = detail::update_grid_and_mirrors(now.threads, now.ranks, grid_, now.dt, acceleration, boundary,
+                                                      now.mirrors, reactions ? &*reactions : nullptr);
+        return requested_float_steps(execution) ? double(float(largest)) : largest;  // a GPU tells it in float
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes

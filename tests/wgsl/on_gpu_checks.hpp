@@ -12,6 +12,8 @@
 
 namespace checks {
 
+using namespace firn;
+
 /// Compares all that two states have.
 template <class State>
 void check_same_state(const std::string& name, const State& expected, const State& got) {
@@ -63,5 +65,55 @@ Simulation bounded(Simulation simulation) {
     simulation.execution.float_steps = true;
     return simulation;
 }
+
+/// Compares the totals, the report and the bound of the time step.
+template <class Simulation>
+void check_same_sums(const std::string& name, Simulation& cpu, webgpu::OnGpu<Simulation>& gpu) {
+    check_same_totals(name, cpu.totals(), gpu.totals());
+    check(gpu.report().signal_speed == cpu.report().signal_speed && gpu.stable_time_step() == cpu.stable_time_step() &&
+              gpu.moment() == cpu.moment(),
+          name + "report and bound of the time step");
+}
+
+/// A run in several parts, each of which ends in a shortened step.
+template <class Simulation>
+void compare(const std::string& name, Simulation cpu, int steps, int parts = 2,
+             const webgpu::Device& device = webgpu::Device()) {
+    auto gpu = firn::webgpu::on_gpu(cpu, device);
+    if (!firn::state_of(cpu).id.empty()) check_same_run(name + ", before: ", cpu, gpu);
+    for (int k = 0; k < parts; ++k) {
+        const double step = cpu.fixed_time_step > 0 ? cpu.fixed_time_step : cpu.stable_time_step();
+        const double duration = (steps / parts - 0.5) * step;
+        cpu.advance(duration);
+        gpu.advance(duration);
+    }
+    check(cpu.steps() >= std::uint64_t(steps / 2), name + ": steps are taken");
+    check_same_run(name + ": ", cpu, gpu);
+    check_same_sums(name + ": ", cpu, gpu);
+}
+
+/// A block that flies to a ball, which moves and turns, and drifts through several blocks of the grid.
+template <class... Policies>
+auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90, const Policies&... policies) {
+    Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
+    ball.position = {0.5, 0.12};
+    ball.linear_velocity = {0.3, 0.1};
+    ball.angular_velocity = 2;
+    auto simulation = made<2>(FixedCorotated<float>::from_young_poisson(2e4, 0.3), 1.0 / 50, 4e-4,
+                              Together(scenes::rough_walls<2>(), ball), policies...);
+    simulation.add(sample_box<2>({0.3, 0.25}, {0.7, 0.5}, {.spacing = spacing}), 1000, velocity);
+    return simulation;
+}
+
+/// Adds a block of particles at random places.
+template <int D>
+void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity) {
+    simulation.add(sample_box<D>(Vec<double, D>::filled(0.2), Vec<double, D>::filled(0.5),
+                                 {.spacing = spacing, .pattern = Pattern::jittered, .jitter = 0.1}),
+                   1000, velocity);
+}
+
+/// Runs with acceleration fields. \see on_gpu_fields.cpp
+void acceleration_fields();
 
 }  // namespace checks

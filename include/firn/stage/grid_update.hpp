@@ -7,6 +7,7 @@
 
 #include <concepts>
 #include <limits>
+#include <tuple>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -86,6 +87,27 @@ template <class Field, int D>
 struct FieldInMetres {
     Field field;            ///< the field
     Vec<double, D> corner;  ///< the position that positions are measured from [m]
+
+    /// The type of this field with scalar type T.
+    template <class T>
+    using with_scalar = FieldInMetres<with_scalar_t<Field, T>, D>;
+
+    static constexpr const char* name = [] {
+        if constexpr (requires { Field::name; })
+            return Field::name;
+        else
+            return "own_field";
+    }();
+    static constexpr auto parameters()
+        requires has_parameters<Field>
+    {
+        return std::tuple{parameter{"own", "", &FieldInMetres::field}};
+    }
+    /// Returns the field converted to scalar type T.
+    template <class T>
+    with_scalar<T> lifted() const {
+        return {lift<T>(field), corner};
+    }
 
     /// Returns the acceleration [m/s²] at a position [m], measured from the corner.
     /// @{

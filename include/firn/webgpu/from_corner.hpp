@@ -5,9 +5,13 @@
 
 #include <firn/boundary/measured_from.hpp>
 #include <firn/data/domain.hpp>
+#include <firn/field/gravity.hpp>
+#include <firn/loops/grid_update.hpp>
+#include <firn/wgsl/inputs.hpp>
 
 #include <concepts>
 #include <utility>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD::webgpu::detail {
 
@@ -37,6 +41,34 @@ Domain<D> domain_from_corner(Domain<D> domain) {
     domain.upper = domain.upper - corner;
     domain.lower = domain.lower - corner;
     return domain;
+}
+
+/// Returns an acceleration as a program with such a boundary has it.
+/// \param acceleration  a vector [m/s²] or a field. \see lifted_acceleration
+template <class Boundary, int D, class Acceleration>
+auto field_from_corner(const Acceleration& acceleration, const Domain<D>& domain) {
+    const Vec<double, D> corner = corner_of<Boundary>(domain);
+    if constexpr (firn::detail::is_uniform<Acceleration>)
+        return Gravity<float, D>{cast<float>(acceleration)};
+    else if constexpr (requires { acceleration.measured_from(corner), Acceleration::name; })
+        return acceleration.measured_from(corner);
+    else if constexpr (requires { acceleration.measured_from(corner); })
+        return FieldInMetres<Acceleration, D>{acceleration.measured_from(corner), Vec<double, D>::zero()};
+    else
+        return FieldInMetres<Acceleration, D>{acceleration, corner};
+}
+/// Returns the numbers of an acceleration or a boundary: the components of a vector, or the parameters.
+template <class Policy>
+std::vector<double> numbers_of(const Policy& policy) {
+    std::vector<double> all;
+    const auto add = [&](const auto&, const std::vector<double>& some) {
+        all.insert(all.end(), some.begin(), some.end());
+    };
+    if constexpr (firn::detail::is_uniform<Policy>)
+        add("", firn::detail::as_doubles(policy));
+    else
+        wgsl::for_numbers_of(policy, "policy", add);
+    return all;
 }
 
 }  // namespace firn::inline FIRN_BUILD::webgpu::detail

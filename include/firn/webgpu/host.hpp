@@ -142,6 +142,12 @@ public:
         wgpuQueueWriteBuffer(device_.queue(), buffer("status"), word * sizeof sorts, &sorts, sizeof sorts);
     }
 
+    /// Sets the largest acceleration of the last step [m/s²], which bounds the next one: for another gravity.
+    void set_acceleration(float size) {
+        device_.check();
+        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), 19 * sizeof size, &size, sizeof size);
+    }
+
     /// Computes the stress [Pa] of each particle from the particle's state, and clears the error. Call initialise()
     /// before the first step, and again after you have written states of particles.
     void initialise() {

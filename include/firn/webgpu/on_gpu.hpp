@@ -11,12 +11,12 @@
 
 #include <firn/simulation.hpp>
 #include <firn/simulation/require_gpu.hpp>
+#include <firn/webgpu/acceleration_on_device.hpp>
 #include <firn/webgpu/check_for_gpu.hpp>
 #include <firn/webgpu/failed_particle.hpp>
 #include <firn/webgpu/from_corner.hpp>
 #include <firn/webgpu/reactions_on_device.hpp>
 #include <firn/webgpu/set_on_device.hpp>
-#include <firn/wgsl/program.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -42,9 +42,8 @@ template <class Simulation>
 class OnGpu {
     static_assert(firn::detail::require_gpu<Simulation>());
     static constexpr int D = Simulation::dimension;
-    static constexpr float longest_step = std::numeric_limits<float>::max();  // [s]
-    using Kernel = typename Simulation::kernel_type;
-    using Force = typename Simulation::force_type;
+    static constexpr float longest_step = std::numeric_limits<float>::max();    // [s]
+    static constexpr double endless = std::numeric_limits<double>::infinity();  // [s]
     using Transfer = decltype(std::declval<Simulation&>().transfer);
     using Boundary = decltype(std::declval<Simulation&>().boundary);
 
@@ -52,6 +51,7 @@ public:
     /// Takes a simulation to a GPU. \see on_gpu
     OnGpu(Simulation simulation, const Device& device)
         : simulation_(std::move(simulation)), device_(device), boundary_seen_(simulation_.boundary) {
+        use(simulation_.gravity);
         upload();
     }
 
@@ -63,13 +63,30 @@ public:
     /// \throws particle_error, overflow_error  as Simulation::step(), at the latest 256 steps later or when numbers of
     ///                                         particles are asked for
     /// \throws device_error     if the device was lost, or has not enough memory
-    void step() { take_steps(std::numeric_limits<double>::infinity(), simulation_.steps() + 1); }
+    void step() { take_steps(simulation_.gravity, endless, simulation_.steps() + 1); }
+    /// Takes one step with this acceleration in place of Simulation::gravity. An acceleration of another type needs
+    /// another program: the particles go to the CPU and back, then. One with other parameters waits for the steps
+    /// before.
+    /// \param acceleration  a vector [m/s²] or a field, as for Simulation::step(). Its parameters are those at the
+    /// call;
+    ///                      what its type does not list in parameters() is part of the program. So is a function
+    ///                      without captures.
+    /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
+    template <class Acceleration = Vec<double, D>>
+    void step(const Acceleration& acceleration) {
+        take_steps(acceleration, endless, simulation_.steps() + 1);
+    }
     /// Takes steps until `duration` [s] has passed. The last step is shortened to end at that time. Waits for them.
     /// \throws parameter_error  if the duration is negative or not finite
     /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
-    void advance(double duration) {
+    void advance(double duration) { advance(duration, simulation_.gravity); }
+    /// Takes steps until `duration` [s] has passed, with this acceleration in place of Simulation::gravity. Waits for
+    /// them.
+    /// \param acceleration  a vector [m/s²] or a field, as for step()
+    template <class Acceleration = Vec<double, D>>
+    void advance(double duration, const Acceleration& acceleration) {
         firn::detail::check_duration(duration);
-        take_steps(duration, std::numeric_limits<std::uint64_t>::max());
+        take_steps(acceleration, duration, std::numeric_limits<std::uint64_t>::max());
         check();
     }
 
@@ -88,7 +105,7 @@ public:
             OnGpu& gpu;
             ~Restore() { gpu.run_ = as_usual; }
         } restore{*this};
-        take_steps(std::numeric_limits<double>::infinity(), simulation_.steps() + count);
+        take_steps(simulation_.gravity, endless, simulation_.steps() + count);
         check();
     }
 
@@ -102,9 +119,14 @@ public:
     std::size_t blocks() const { return is_sparse_ ? blocks_ : 0; }
 
     /// Returns the bound of the time step [s] for the present particles. \see Simulation::stable_time_step
-    double stable_time_step() {
+    double stable_time_step() { return stable_time_step(simulation_.gravity); }
+    /// Returns the bound with this acceleration in place of Simulation::gravity. After a step without a field, a field
+    /// needs the particles on the CPU. \see Simulation::stable_time_step
+    template <class Acceleration = Vec<double, D>>
+    double stable_time_step(const Acceleration& acceleration) {
         check();
-        return simulation_.stable_time_step();
+        if (!(simulation_.bound_.field_at_nodes >= 0) && !firn::detail::is_uniform<Acceleration>) bring_back();
+        return simulation_.stable_time_step(acceleration);
     }
     /// Returns the report of the last G2P, of the only material. \see SetAccess::report
     const G2PReport& report() {
@@ -162,11 +184,7 @@ private:
     /// Takes the simulation to the device.
     /// \param may_differ  whether policies may be others than those of the last time, for which the programs were made
     void upload(bool may_differ = true) {
-        bool can_be_sparse = true;
-        simulation_.for_materials([&](const auto& set, std::size_t) {
-            can_be_sparse = can_be_sparse && wgsl::can_be_sparse<std::remove_cvref_t<decltype(set.material)>, D>(
-                                                 simulation_.boundary, simulation_.volume);
-        });
+        const bool can_be_sparse = detail::can_be_sparse(simulation_);
         detail::check_for_gpu<D>(simulation_, can_be_sparse);
         simulation_.prepare();
         sets_.resize(Simulation::material_count);
@@ -175,21 +193,10 @@ private:
                                        detail::has_many_empty_blocks(simulation_.domain(), simulation_.transfer,
                                                                      blocks_, device_.limits()));
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
-        const auto options = [&](const auto& set) {
-            return wgsl::ProgramOptions{.grid = grid_storage,
-                                        .sinks = int(set.sinks.size()),
-                                        .loads = int(detail::list_of_loads(set.loads).size()),
-                                        .several_sets = Simulation::material_count > 1,
-                                        .periodic = is_periodic(simulation_.domain()),
-                                        .arithmetic = device_.arithmetic(),
-                                        .reactions = simulation_.reactions.has_value()};
-        };
         simulation_.for_materials([&](const auto& set, std::size_t k) {
             if (may_differ || sets_[k].program.options.grid != grid_storage)
-                sets_[k].program = wgsl::make_program<Kernel, Transfer, Force, D>(
-                    set.material, detail::boundary_from_corner(simulation_.boundary, simulation_.domain()),
-                    Gravity<float, D>{cast<float>(simulation_.gravity)}, simulation_.volume, options(set),
-                    simulation_.transfer);
+                sets_[k].program = acceleration_.make_program(
+                    simulation_, k, detail::options_of_set(simulation_, k, grid_storage, device_.arithmetic()));
             upload(set, k);
         });
         step_ = detail::step_of_sets(sets_, device_.sums_by_block());
@@ -203,7 +210,7 @@ private:
         moments_.clear();
         time_step_ = 0;
         counted_ = 0;
-        is_edited_ = has_failed_ = is_ahead_ = false;
+        is_edited_ = has_failed_ = is_ahead_ = is_given_ = false;
         is_fresh_ = true;
     }
 
@@ -219,7 +226,36 @@ private:
                       simulation_.fixed_time_step, blocks_, set_uniforms, k > 0 ? &grid() : nullptr);
     }
 
+    /// Lets the steps that follow have an acceleration.
+    template <class Acceleration>
+    void use(const Acceleration& acceleration) {
+        firn::detail::check_acceleration<D>(acceleration);
+        const bool is_other = !acceleration_.template is_a<Acceleration>();
+        if (!is_other && acceleration_.numbers == detail::numbers_of(acceleration)) return;
+        check();  // may take steps again, which had the acceleration before
+        if (is_other && is_ahead_ && !has_failed_) bring_particles_back();
+        is_edited_ = is_edited_ || is_other;
+        acceleration_ = {acceleration, [acceleration](Simulation& of) { return of.find_bound(acceleration); }};
+        is_given_ = false;
+        time_step_ = 0;
+        if (!is_edited_ && acceleration_.size >= 0) grid().set_acceleration(float(acceleration_.size));
+    }
+    /// Gives the parameters of the acceleration to the device.
+    void set_acceleration() {
+        if (!std::exchange(is_given_, true)) acceleration_.give(simulation_, grid());
+    }
+
     /// Takes steps until `duration` [s] has passed, or until the number of steps is `last_step`.
+    template <class Acceleration>
+    void take_steps(const Acceleration& acceleration, double duration, std::uint64_t last_step) {
+        if constexpr (firn::detail::require_acceleration<Acceleration, native_pack<float>, D>() &&
+                      firn::detail::require_gpu_acceleration<Acceleration, D>()) {
+            const auto& own = firn::detail::own_acceleration<D>(acceleration);
+            use(own);
+            simulation_.warnings_.of_gravity(own, simulation_.gravity, simulation_.warn, true);
+            take_steps(duration, last_step);
+        }
+    }
     void take_steps(double duration, std::uint64_t last_step) {
         if (is_edited_) upload();
         if (has_failed_) simulation_.prepare();  // throws
@@ -247,6 +283,7 @@ private:
             submit();
             set_boundary();
             set_forces();
+            set_acceleration();
             grid().set("time_step", {time_step_ = dt});
             sort_if_due();
         }
@@ -273,18 +310,20 @@ private:
         for (float dt = 0; !advance->arrived() && simulation_.steps() != last_step;) {
             set_boundary();
             set_forces();
+            set_acceleration();
             sort_if_due();
             const bool by_cpu = has_paused || is_fresh_ || !forces_.empty();
-            const double left_then = advance->status().time_left - (next_event() - simulation_.time());
+            const double left_then =
+                advance->status().time_left - (detail::next_event(simulation_.sets()) - simulation_.time());
             const float least = by_cpu || !(left_then > 0) ? 0 : float(left_then * (1 + 1e-6));
             advance->take_until(least);
-            advance->bound(by_cpu ? float(std::min<double>(simulation_.find_bound(simulation_.gravity), longest_step))
+            advance->bound(by_cpu ? float(std::min<double>(acceleration_.find_bound(simulation_), longest_step))
                                   : longest_step);
             const std::vector<float> taken = advance->take(by_cpu ? 1 : most_steps(advance->wanted(dt), last_step));
             for (const float step : taken) move_on(double(dt = step));
             const Status status = advance->status();
             counted_ = status.steps;
-            if (is_interrupted(status)) {
+            if (detail::is_interrupted(status)) {
                 renew([&] { go_on_from(status, taken.size()); });
                 continue;
             }
@@ -308,17 +347,7 @@ private:
         return moves() || !forces_.empty() ? 1 : int(most);
     }
 
-    /// Returns the time of the next burst of a source or end of a body [s]; infinite if there is none.
-    double next_event() const {
-        double next = std::numeric_limits<double>::infinity();
-        for (const auto& set : simulation_.sets()) {
-            next = std::min(next, set.next_burst());
-            for (const Body& body : set.bodies)
-                if (body.count > 0) next = std::min(next, body.end);
-        }
-        return next;
-    }
-    bool is_event_due() const { return next_event() <= simulation_.time(); }
+    bool is_event_due() const { return detail::next_event(simulation_.sets()) <= simulation_.time(); }
     /// Lets bodies end and sources give particles, on the CPU, after the steps so far.
     void end_events() {
         check();
@@ -336,12 +365,7 @@ private:
     }
     /// Returns the parameters of a boundary, as the device has it.
     std::vector<double> parameters_of(const Boundary& boundary) const {
-        std::vector<double> all;
-        const Boundary there = detail::boundary_from_corner(boundary, simulation_.domain());
-        wgsl::for_numbers_of(there, "boundary", [&](const std::string&, const std::vector<double>& numbers) {
-            all.insert(all.end(), numbers.begin(), numbers.end());
-        });
-        return all;
+        return detail::numbers_of(detail::boundary_from_corner(boundary, simulation_.domain()));
     }
     /// Returns whether the boundary is another one than that of the device.
     bool has_moved() const { return parameters_of(simulation_.boundary) != boundary_; }
@@ -364,26 +388,16 @@ private:
     /// Gives the forces of loads to the device.
     void set_forces() {
         std::vector<Vec<double, D>> present = forces_of_loads();
-        if (present == forces_) return;
-        forces_ = std::move(present);
-        auto next = forces_.begin();
-        for (const detail::SetOnDevice<D>& set : sets_) set.set_forces(next);
+        if (present != forces_) detail::set_forces(sets_, forces_ = std::move(present));
     }
     /// Gives the device the points about which angular impulses are taken in the next step.
     void begin_reactions() {
-        if (!simulation_.reactions) return;
-        next_reactions_.about = simulation_.reactions->about;
-        firn::detail::begin_reactions(next_reactions_, simulation_.boundary);
-        detail::set_points(grid(), next_reactions_.parts, detail::corner_of<Boundary>(simulation_.domain()));
-        per_arm_ = detail::scale_of_arms(next_reactions_.parts, simulation_.domain());
-        grid().set("per_arm", {per_arm_});
+        if (simulation_.reactions)
+            reactions_.begin(grid(), *simulation_.reactions, simulation_.boundary, simulation_.domain());
     }
     /// Reads the reactions of the last step, if the device has taken one.
     void read_reactions() {
-        if (!simulation_.reactions || !is_ahead_) return;
-        simulation_.reactions->parts = next_reactions_.parts;
-        simulation_.reactions->loads.clear();
-        detail::read_impulses(grid(), per_arm_, simulation_.reactions->parts);
+        if (simulation_.reactions && is_ahead_) reactions_.read(grid(), *simulation_.reactions);
     }
     /// Moves time and boundary on by a step that the device takes.
     void move_on(double dt) {
@@ -403,7 +417,7 @@ private:
         for (submit(); !moments_.empty(); submit()) {
             const Status status = grid().status();
             const std::uint32_t taken = status.steps - std::exchange(counted_, status.steps);
-            if (!is_interrupted(status)) return see(status, taken);
+            if (!detail::is_interrupted(status)) return see(status, taken);
             const Moment reached = simulation_.now_;
             for (const double dt : go_on_from(status, taken)) {
                 take_fixed_step(dt);
@@ -412,11 +426,6 @@ private:
             simulation_.now_ = reached;  // the end of an advance is no sum of steps
         }
     }
-    /// Returns whether the device has stopped for the CPU to do something: without blocks for the grid, or at a sink.
-    static bool is_interrupted(const Status& status) {
-        return status.error == wgsl::detail::blocks_error ||
-               (status.meets_sink && (status.error == 0 || status.error == wgsl::detail::sink_error));
-    }
     /// Does what the device has stopped for: gives the grid memory for more blocks, or removes what has met a sink.
     /// \param taken  number of steps since the last look
     /// \return the steps [s] that were begun after them, and which are to be taken again
@@ -424,7 +433,7 @@ private:
         std::vector<double> again;
         for (std::size_t k = taken; k < moments_.size(); ++k) again.push_back(step_behind(k));
         if (!again.empty()) go_back_to(taken);
-        for (std::size_t k = 0; k < sets_.size(); ++k) simulation_.sets_[k].report = status.sets.at(k);
+        take_reports(status, taken);
         moments_.clear();
         is_edited_ = true;
         bring_particles_back();
@@ -450,14 +459,22 @@ private:
     /// \param taken  number of steps since the last look, with one that has failed
     void see(const Status& status, std::size_t taken) {
         if (status.error != 0) fail(status, taken);
-        for (std::size_t k = 0; k < sets_.size(); ++k) simulation_.sets_[k].report = status.sets.at(k);
+        take_reports(status, taken);
         moments_.clear();
         boundary_seen_ = simulation_.boundary;
-        const double dt = simulation_.fixed_time_step, bound = simulation_.find_bound(simulation_.gravity);
+        const double dt = simulation_.fixed_time_step, bound = acceleration_.find_bound(simulation_);
         if (!(dt > bound)) return;
         const std::string text = simulation_.warnings_.of_step(dt, bound, simulation_.bound_.is_of_acceleration(),
                                                                simulation_.steps(), bool(simulation_.warn));
         if (!text.empty()) simulation_.warn(text);
+    }
+
+    /// Takes note of what the last steps have measured. \param taken  their number
+    void take_reports(const Status& status, std::size_t taken) {
+        for (std::size_t k = 0; k < sets_.size(); ++k) simulation_.sets_[k].report = status.sets.at(k);
+        const double largest = double(status.largest_acceleration);
+        if (taken > 0)
+            simulation_.bound_.field_at_nodes = acceleration_.size >= 0 ? -1 : std::isfinite(largest) ? largest : 0;
     }
 
     /// Gives the warnings about the particles that the CPU has.
@@ -467,7 +484,7 @@ private:
                                            simulation_.warn, simulation_.ranks());
         for (std::string text = "a first look"; !text.empty();) {
             text.clear();
-            simulation_.next_time_step(simulation_.find_bound(simulation_.gravity),
+            simulation_.next_time_step(acceleration_.find_bound(simulation_),
                                        firn::detail::has_all_walls(simulation_.boundary, simulation_.domain()),
                                        Transfer::affine, simulation_.ranks(), simulation_.workers(), text);
             if (!text.empty()) simulation_.warn(text);
@@ -476,7 +493,7 @@ private:
 
     /// Throws the error that a step reports, with the step, the particle and the likely cause.
     [[noreturn, gnu::cold]] void fail(const Status& status, std::size_t taken) {
-        const double bound = simulation_.find_bound(simulation_.gravity);
+        const double bound = acceleration_.find_bound(simulation_);
         const std::size_t failed = std::max<std::size_t>(taken, 1) - 1;
         const Moment at = moments_.at(failed);
         const double dt = step_behind(failed);
@@ -487,7 +504,7 @@ private:
             text += " " + detail::text_of_particle(sets_.at(status.set), status.particle, simulation_.domain(),
                                                    sets_.size() > 1 ? set.name_of_material() : "");
         }
-        text += " " + firn::detail::likely_cause(simulation_.grid_, dt, bound, simulation_.gravity) +
+        text += " " + acceleration_.likely_cause(simulation_, dt, bound) +
                 " The simulation can neither go on nor be written: restore() its last state.";
         go_back_to(failed);
         simulation_.spoil();
@@ -528,10 +545,11 @@ private:
     std::uint32_t counted_ = 0;                 // the device's number of steps at the last look at the status
     std::vector<Moment> moments_;               // before each step since the last look at the status
     Boundary boundary_seen_;                    // at the last look at the status
-    Reactions<D> next_reactions_{};             // of the last step given: the points for angular impulses
-    double per_arm_ = 1;                        // the scale of their arms [1/m]
+    detail::ReactionsOnDevice<D> reactions_{};  // of the last step given
     int waiting_ = 0;                           // steps that were not yet given to the device
     std::function<void(const Host::Sequence&, int)> run_ = as_usual;  // gives them to it
+    detail::AnyAcceleration<Simulation> acceleration_{};              // of the last steps, and of the programs
+    bool is_given_ = false;                                           // whether the device has its parameters
     bool is_edited_ = false, has_failed_ = false;
     bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
     bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
@@ -544,9 +562,9 @@ private:
 /// also of meshes and other grids of distances in float), FBar and VolumeFilter (its particle shifting with one
 /// material), and loads of a UniformForce, which then are added in float: see FixedPoint::float_steps. Sources, sinks
 /// and lifespans of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the
-/// particles come there and back. Reactions are summed for up to eight parts of the boundary, see OnGpu::reactions();
-/// not together with loads. Sums must be FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU
-/// cannot do is refused in a sentence.
+/// particles come there and back. Steps have any acceleration that firn can record, see OnGpu::step(). Reactions are
+/// summed for up to eight parts of the boundary, see OnGpu::reactions(); not together with loads. Sums must be
+/// FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
 /// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle

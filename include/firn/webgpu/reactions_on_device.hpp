@@ -5,6 +5,7 @@
 
 #include <firn/data/domain.hpp>
 #include <firn/loops/reactions.hpp>
+#include <firn/webgpu/from_corner.hpp>
 #include <firn/webgpu/host.hpp>
 
 #include <algorithm>
@@ -58,5 +59,29 @@ void read_impulses(Host& host, double per_arm, std::vector<Reaction<D>>& parts) 
         });
     }
 }
+
+/// The reactions of the step that a device is given next, or was given last.
+template <int D>
+struct ReactionsOnDevice {
+    Reactions<D> next{};  ///< the points about which angular impulses are taken
+    double per_arm = 1;   ///< \see scale_of_arms
+
+    /// Gives the points to the device.
+    /// \param wanted  the reactions of the simulation
+    template <class Boundary>
+    void begin(Host& grid, const Reactions<D>& wanted, const Boundary& boundary, const Domain<D>& domain) {
+        next.about = wanted.about;
+        firn::detail::begin_reactions(next, boundary);
+        set_points(grid, next.parts, corner_of<Boundary>(domain));
+        per_arm = scale_of_arms(next.parts, domain);
+        grid.set("per_arm", {per_arm});
+    }
+    /// Reads the reactions of the step.
+    void read(Host& grid, Reactions<D>& reactions) const {
+        reactions.parts = next.parts;
+        reactions.loads.clear();
+        read_impulses(grid, per_arm, reactions.parts);
+    }
+};
 
 }  // namespace firn::inline FIRN_BUILD::webgpu::detail

@@ -3,6 +3,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/simulation/bound.hpp>
 #include <firn/simulation/load.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/webgpu/host.hpp>
@@ -66,6 +67,16 @@ std::vector<Vec<double, D>> forces_of_loads(const SetList<float, D>& sets, doubl
     for (const auto& set : sets)
         for (const Load<D>& load : list_of_loads(set.loads)) all.push_back(load.force(Vec<double, D>::zero(), time));
     return all;
+}
+
+/// Returns the time of the next burst of a source or end of a body [s]; infinite if there is none.
+template <int D>
+double next_event(const SetList<float, D>& sets) {
+    double next = firn::detail::next_burst(sets);
+    for (const auto& set : sets)
+        for (const Body& body : set.bodies)
+            if (body.count > 0) next = std::min(next, body.end);
+    return next;
 }
 
 /// A set of particles on a device: its program, and its particles in chunks.
@@ -160,6 +171,13 @@ private:
         }
     }
 };
+
+/// Gives the forces of all loads to the device, as forces_of_loads() returns them.
+template <int D>
+void set_forces(const std::vector<SetOnDevice<D>>& sets, const std::vector<Vec<double, D>>& forces) {
+    auto next = forces.begin();
+    for (const SetOnDevice<D>& set : sets) set.set_forces(next);
+}
 
 /// Returns the entry points of a step of several sets of particles on one grid, in their order.
 /// \param sums_by_block  whether P2G sums up in workgroup memory. \see wgsl::entry_points_of

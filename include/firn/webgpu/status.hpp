@@ -74,6 +74,12 @@ inline Status status_of(const std::vector<std::uint32_t>& words) {
             .sets = std::move(sets)};
 }
 
+/// Returns whether the device has stopped for the CPU to do something: without blocks for the grid, or at a sink.
+inline bool is_interrupted(const Status& status) {
+    return status.error == wgsl::detail::blocks_error ||
+           (status.meets_sink && (status.error == 0 || status.error == wgsl::detail::sink_error));
+}
+
 }  // namespace detail
 
 }  // namespace firn::inline FIRN_BUILD::webgpu
