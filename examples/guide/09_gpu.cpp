@@ -33,8 +33,8 @@
 //! - `gpu.step(field)` and `gpu.advance(0.02, field)` take an acceleration in place of gravity, as on the CPU: a vector,
 //!   firn's Attraction and Damped, or one of your own that lists its `parameters()`. These may change from call to call.
 //!   A field of another type needs another program: the particles then go to the CPU and back.
-//! - `gpu.reactions()` gives the impulses of the boundary, as `simulation.reactions` does on the CPU, from run to run the
-//!   same and within 1e-6 of the CPU's.
+//! - `gpu.reactions()` gives the impulses of the boundary and of loads, as `simulation.reactions` does on the CPU, from
+//!   run to run the same and within 1e-6 of the CPU's.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
 //!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
 //!   shifting. Particles that do not fit into one buffer are kept in several.

@@ -44,7 +44,7 @@ export function extents(manifest, { capacity, nodes, blocks, distances = manifes
     const lines = nodes.map((along, a) => [`${'xyz'[a]}_line`, node / along]);
     const bins = capacity + block * (nodesEach + 2);
     return { particle: capacity, particle_and_bin: bins, node, block, axis_node: nodes.reduce((a, b) => a + b, 0),
-        distance: distances, program: 1, ...Object.fromEntries(lines) };
+        distance: distances, particle_set: 1, program: 1, ...Object.fromEntries(lines) };
 }
 
 /** The bytes of each binding, by its number. Buffers of the manifest that share a binding share memory. */

@@ -348,139 +348,6 @@ void four_materials(bool at_bound, const webgpu::Device& device = webgpu::Device
     }
 }
 
-/// Steps that give reactions: the same from run to run, and but for rounding the CPU's.
-/// \param idle  number of parts of the boundary that touch no matter
-template <class Simulation>
-void compare_reactions(const std::string& name, Simulation cpu, int steps, int idle = 0,
-                       const webgpu::Device& device = webgpu::Device()) {
-    constexpr int D = Simulation::dimension;
-    if (!cpu.reactions) cpu.reactions.emplace();
-    auto gpu = webgpu::on_gpu(cpu, device), again = webgpu::on_gpu(cpu, device);
-    const auto moment_of = [](const Reaction<D>& part) {
-        double square = 0;
-        firn::detail::for_impulses(part, [&](double x) { square += x * x; });
-        return std::sqrt(square - dot(part.impulse, part.impulse));
-    };
-    double worst = 0;
-    std::vector<double> given;  // by each part, in all steps
-    bool equal = true, complete = true;
-    const auto compare = [&] {
-        const auto &expected = cpu.reactions->parts, &got = gpu.reactions().parts, &other = again.reactions().parts;
-        given.resize(expected.size());
-        complete = complete && got.size() == expected.size() && other.size() == expected.size();
-        if (!complete) return;
-        double largest = 0, largest_moment = 0;
-        for (const Reaction<D>& part : expected) {
-            largest = std::max(largest, norm(part.impulse));
-            largest_moment = std::max(largest_moment, moment_of(part));
-        }
-        for (std::size_t k = 0; k < expected.size(); ++k) {
-            given[k] += norm(expected[k].impulse);
-            equal = equal && got[k].impulse == other[k].impulse && got[k].angular_impulse == other[k].angular_impulse &&
-                    got[k].about == expected[k].about;
-            Reaction<D> wrong = got[k];
-            wrong.impulse -= expected[k].impulse;
-            wrong.angular_impulse -= expected[k].angular_impulse;
-            // Of what acts through the point, the moments cancel.
-            const double moment = std::max(largest_moment, 0.1 * largest);
-            for (const auto& [error, scale] :
-                 {std::pair(norm(wrong.impulse), largest), std::pair(moment_of(wrong), moment)})
-                if (error != 0) worst = std::max(worst, error / scale);
-        }
-    };
-    for (int k = 0; k < steps; ++k) cpu.step(), gpu.step(), again.step(), compare();
-    for (int k = 0; k < 3; ++k) {
-        const double duration = 2.6 * cpu.last_time_step();
-        cpu.advance(duration), gpu.advance(duration), again.advance(duration), compare();
-    }
-    check(complete && equal, name + ": reactions are the same from run to run");
-    check(std::ranges::count(given, 0.0) == idle && worst < 1e-6, name + ": reactions are the CPU's",
-          sentence(given.size(), " parts, of which ", std::ranges::count(given, 0.0), " do nothing; to ", worst));
-    const auto& kept = gpu.simulation().reactions->parts;
-    check(kept.size() == given.size() && kept[0].impulse == again.reactions().parts[0].impulse,
-          name + ": the simulation has them, too");
-    if constexpr (Simulation::material_count == 1) check_same_run(name + ": ", cpu, gpu);
-}
-
-/// Impulses of walls, in corners, of mirrored walls and of colliders that move.
-void reactions() {
-    const webgpu::Device device;
-    auto near = thrown({6, -8});
-    near.advance(0.02);
-    compare_reactions("reactions", near, 30, 0, device);
-    near.reactions = Reactions<2>{.about = Vec<double, 2>{0.25, -3}};
-    compare_reactions("reactions in steps at their bound", bounded(near), 30, 0, device);
-
-    // Nodes where a wedge, walls and a ball act at once, with friction; of water that was at rest, which has no
-    // momentum until the ball pushes it.
-    Collider<Sphere<float, 2>> ball{.shape = {0.2F}, .contact = Contact::separate, .friction = 0.4};
-    ball.position = {0.3, 0.1};
-    ball.linear_velocity = {-1, -0.5};
-    ball.angular_velocity = 5;
-    Collider<HalfSpace<float, 2>> wedge{.shape = {{0.6F, 0.8F}}, .contact = Contact::separate, .friction = 0.1};
-    wedge.position = {0.03, 0};
-    auto squeezed = made<2>(Fluid<float>{}, 1.0 / 40, 1e-4, Together(scenes::rough_walls<2>(), ball, wedge));
-    squeezed.gravity = {};
-    squeezed.add(sample_box<2>({0, 0}, {0.15, 0.2}, {.spacing = 1.0 / 100}), 1000);
-    compare_reactions("reactions at once, of matter at rest", squeezed, 20, 0, device);
-    compare_reactions("reactions at once, in steps at their bound", bounded(squeezed), 20, 0, device);
-
-    // A dense grid; and a wall that no matter reaches.
-    auto snow = made<2>(Snow<float>{}, 1.0 / 30, 1e-4, Pic{}, WeightGradientForce{}, CubicBSpline{},
-                        Together(scenes::mirrored_walls<2>(), ball), FBar{});
-    add_block<2>(snow, 1.0 / 60, {-3, -5});
-    snow.add(sample_box<2>({0, 0}, {0.3, 0.1}, {.spacing = 1.0 / 60}), 1000, {-2, -3});
-    compare_reactions("reactions of mirrored walls", snow, 30, 0, device);
-    auto flip = made<2>(Fluid<float>{}, 1.0 / 30, 1e-4, Flip{}, scenes::mirrored_walls<2>());
-    flip.add(sample_box<2>({0, 0}, {0.3, 0.1}, {.spacing = 1.0 / 60}), 1000, {-2, -3});
-    compare_reactions("reactions of mirrored walls, with blended velocities", flip, 20, 0, device);
-    auto fmpm = made<2>(Fluid<float>{}, 1.0 / 30, 1e-4, Fmpm{.order = 3}, scenes::mirrored_walls<2>());
-    fmpm.add(sample_box<2>({0, 0}, {0.3, 0.1}, {.spacing = 1.0 / 60}), 1000, {-2, -3});
-    compare_reactions("reactions of mirrored walls, with refined velocities", fmpm, 20, 0, device);
-
-    // One plane: a software GPU takes long to compile more in 3D.
-    Collider<HalfSpace<float, 3>> floor{.shape = {{0.36F, 0.48F, 0.8F}}, .contact = Contact::separate, .friction = 0.3};
-    floor.position = {0.2, 0.2, 0.2};
-    auto splash = made<3>(Fluid<float>{}, 1.0 / 20, 1e-4, floor);
-    splash.add(sample_box<3>({0.2, 0.2, 0.2}, {0.4, 0.3, 0.3}, {.spacing = 1.0 / 40}), 1000, {-1, -2, -30});
-    splash.reactions = Reactions<3>{.about = Vec<double, 3>{0.1, 0.2, 0.3}};
-    compare_reactions("reactions in 3D", splash, 10, 0, device);
-
-    auto two =
-        made<2>(Materials<Fluid<float>, Sand<float>>(), 1.0 / 40, 1e-4, Together(scenes::rough_walls<2>(), ball));
-    two.set<Fluid<float>>().add(sample_box<2>({0, 0}, {0.2, 0.2}, {.spacing = 1.0 / 80}), 1000, {-2, -3});
-    two.set<Sand<float>>().add(sample_box<2>({0.4, 0}, {0.6, 0.2}, {.spacing = 1.0 / 80}), 1000, {-2, -3});
-    compare_reactions("reactions on two materials", two, 20, 0, device);
-    compare_reactions("reactions on two materials, as on hardware", bounded(two), 20, 0,
-                      webgpu::Device({.arithmetic = wgsl::Arithmetic::exact, .sums_by_block = true}));
-
-    // A run that goes to the device and back gives what the CPU would.
-    auto stayed = near, cpu = near;
-    Reaction<2> expected, got;
-    const auto take = [](auto& simulation, Reaction<2>& sum, const auto& of) {
-        for (int k = 0; k < 10; ++k) {
-            simulation.step();
-            sum += of().parts[0];
-        }
-    };
-    const auto of = [](auto& simulation) { return [&] { return *simulation.reactions; }; };
-    take(stayed, expected, of(stayed)), take(stayed, expected, of(stayed)), take(stayed, expected, of(stayed));
-    take(cpu, got, of(cpu));
-    auto gpu = webgpu::on_gpu(cpu, device);
-    check(gpu.reactions().parts[0].impulse == cpu.reactions->parts[0].impulse, "reactions go to the GPU");
-    take(gpu, got, [&] { return *gpu.simulation().reactions; });
-    auto back = gpu.simulation();
-    take(back, got, of(back));
-    check(norm(got.impulse - expected.impulse) < 1e-6 * norm(expected.impulse), "reactions of CPU, GPU, CPU");
-    gpu.edit().reactions->about = Vec<double, 2>{400, 0};
-    gpu.step();
-    check(gpu.reactions().parts[0].about[0] == 400, "the point of moments may change");
-    gpu.edit().reactions.reset();
-    gpu.step();
-    check_throws<usage_error>("reactions that are not asked for any more", {"no reactions", "emplace"},
-                              [&] { (void)gpu.reactions(); });
-}
-
 /// A domain whose corner is not the origin, also where a float in metres has 6 cm: positions count from the corner.
 void away_from_the_origin() {
     const webgpu::Device device;
@@ -802,7 +669,7 @@ int main() {
         periodic_domains();
         loads();
         times_of_passes();
-        reactions();
+        checks::reactions();
         away_from_the_origin();
         as_on_hardware();
         small_limits();

@@ -113,6 +113,76 @@ void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity)
                    1000, velocity);
 }
 
+/// Steps that give reactions: the same from run to run, and but for rounding the CPU's.
+/// \param idle  number of parts of the boundary that touch no matter
+template <class Simulation>
+void compare_reactions(const std::string& name, Simulation cpu, int steps, int idle = 0,
+                       const webgpu::Device& device = webgpu::Device()) {
+    constexpr int D = Simulation::dimension;
+    if (!cpu.reactions) cpu.reactions.emplace();
+    auto gpu = webgpu::on_gpu(cpu, device), again = webgpu::on_gpu(cpu, device);
+    const auto moment_of = [](const Reaction<D>& part) {
+        double square = 0;
+        firn::detail::for_impulses(part, [&](double x) { square += x * x; });
+        return std::sqrt(square - dot(part.impulse, part.impulse));
+    };
+    double worst = 0;
+    std::vector<double> given, by_loads;  // by each, in all steps
+    bool equal = true, complete = true;
+    const auto compare_some = [&](const std::vector<Reaction<D>>& expected, const std::vector<Reaction<D>>& got,
+                                  const std::vector<Reaction<D>>& other, std::vector<double>& sizes) {
+        sizes.resize(expected.size());
+        complete = complete && got.size() == expected.size() && other.size() == expected.size();
+        if (!complete) return;
+        double largest = 0, largest_moment = 0;
+        for (const Reaction<D>& part : expected) {
+            largest = std::max(largest, norm(part.impulse));
+            largest_moment = std::max(largest_moment, moment_of(part));
+        }
+        for (std::size_t k = 0; k < expected.size(); ++k) {
+            sizes[k] += norm(expected[k].impulse);
+            equal = equal && got[k].impulse == other[k].impulse && got[k].angular_impulse == other[k].angular_impulse &&
+                    got[k].about == expected[k].about;
+            Reaction<D> wrong = got[k];
+            wrong.impulse -= expected[k].impulse;
+            wrong.angular_impulse -= expected[k].angular_impulse;
+            // Of what acts through the point, the moments cancel.
+            const double moment = std::max(largest_moment, 0.1 * largest);
+            for (const auto& [error, scale] :
+                 {std::pair(norm(wrong.impulse), largest), std::pair(moment_of(wrong), moment)})
+                if (error != 0) worst = std::max(worst, error / scale);
+        }
+    };
+    const auto of_loads = [](const Reactions<D>& reactions) {
+        std::vector<Reaction<D>> all;
+        for (const LoadReaction<D>& load : reactions.loads) all.push_back(load.reaction);
+        return all;
+    };
+    const auto compare = [&] {
+        const Reactions<D>&expected = *cpu.reactions, &got = gpu.reactions(), &other = again.reactions();
+        compare_some(expected.parts, got.parts, other.parts, given);
+        compare_some(of_loads(expected), of_loads(got), of_loads(other), by_loads);
+        for (std::size_t k = 0; k < std::min(expected.loads.size(), got.loads.size()); ++k)
+            equal = equal && got.loads[k].load == expected.loads[k].load;
+    };
+    for (int k = 0; k < steps; ++k) cpu.step(), gpu.step(), again.step(), compare();
+    for (int k = 0; k < 3; ++k) {
+        const double duration = 2.6 * cpu.last_time_step();
+        cpu.advance(duration), gpu.advance(duration), again.advance(duration), compare();
+    }
+    check(complete && equal, name + ": reactions are the same from run to run");
+    check(std::ranges::count(given, 0.0) == idle && std::ranges::count(by_loads, 0.0) == 0 && worst < 1e-6,
+          name + ": reactions are the CPU's",
+          sentence(given.size(), " parts, of which ", std::ranges::count(given, 0.0), " do nothing; ", by_loads.size(),
+                   " loads; to ", worst));
+    const auto kept = gpu.simulation().reactions->parts;
+    check(kept.size() == given.size() && (kept.empty() || kept[0].impulse == again.reactions().parts[0].impulse),
+          name + ": the simulation has them, too");
+    if constexpr (Simulation::material_count == 1) check_same_run(name + ": ", cpu, gpu);
+}
+
+/// Steps that give reactions. \see on_gpu_reactions.cpp
+void reactions();
 /// Runs with acceleration fields. \see on_gpu_fields.cpp
 void acceleration_fields();
 

@@ -39,7 +39,6 @@ void check_for_gpu(Simulation& simulation, bool can_be_sparse) {
                 refuse("loads that may depend on the position (give a UniformForce)");
         }
     }
-    if (has_loads && simulation.reactions) refuse("reactions together with loads");
     if ((has_loads || !(simulation.fixed_time_step > 0)) && !simulation.execution.float_steps)
         throw parameter_error(
             "A GPU chooses time steps in float, and adds loads in float: set execution.float_steps, so that the "

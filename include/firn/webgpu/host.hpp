@@ -509,6 +509,7 @@ private:
                                           {"y_line", across(1)},
                                           {"z_line", across(2)},
                                           {"program", 1},
+                                          {"particle_set", 1},
                                           {"one_workgroup", 1}})
             if (per == name) return count;
         throw usage_error("The program " + program_->name + " has a buffer or an entry point per " + per +

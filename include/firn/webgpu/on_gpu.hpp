@@ -136,8 +136,9 @@ public:
     /// Returns the totals of the particles of the only material: mass, momentum, energies. \see SetAccess::totals
     Totals<D> totals() { return simulation().totals(); }
 
-    /// Returns the impulses of the boundary on matter in the last step, which Simulation::reactions asks for; particles
-    /// stay on the device. They are sums of integers: the same from run to run, and but for rounding the CPU's.
+    /// Returns the impulses of the boundary and of loads on matter in the last step, which Simulation::reactions asks
+    /// for; particles stay on the device. They are sums of integers: the same from run to run, and but for rounding the
+    /// CPU's.
     /// \throws usage_error  if Simulation::reactions holds no value
     /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
     const Reactions<D>& reactions() {
@@ -221,6 +222,7 @@ private:
             inputs.set("set_number", {double(k)});
             inputs.set("momentum_scale", {simulation_.execution.momentum_scale.value_or(0)});
             inputs.set("mass_scale", {simulation_.execution.mass_scale.value_or(0)});
+            detail::set_load_reactions(inputs, sets_[k].program, simulation_.domain(), simulation_.reactions);
         };
         sets_[k].take(device_, simulation_.domain(), detail::domain_from_corner<Boundary>(simulation_.domain()), set,
                       simulation_.fixed_time_step, blocks_, set_uniforms, k > 0 ? &grid() : nullptr);
@@ -397,7 +399,8 @@ private:
     }
     /// Reads the reactions of the last step, if the device has taken one.
     void read_reactions() {
-        if (simulation_.reactions && is_ahead_) reactions_.read(grid(), *simulation_.reactions);
+        if (simulation_.reactions && is_ahead_)
+            reactions_.read(simulation_.sets(), sets_, simulation_.domain(), *simulation_.reactions);
     }
     /// Moves time and boundary on by a step that the device takes.
     void move_on(double dt) {
@@ -563,7 +566,7 @@ private:
 /// material), and loads of a UniformForce, which then are added in float: see FixedPoint::float_steps. Sources, sinks
 /// and lifespans of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the
 /// particles come there and back. Steps have any acceleration that firn can record, see OnGpu::step(). Reactions are
-/// summed for up to eight parts of the boundary, see OnGpu::reactions(); not together with loads. Sums must be
+/// summed for up to eight parts of the boundary and for loads, see OnGpu::reactions(). Sums must be
 /// FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks

@@ -70,8 +70,8 @@ inline std::string declarations(const Program& program) {
     for (const Buffer& b : program.buffers) {
         const bool is_read_only =
             b.binding == constants || b.binding == coordinates || b.binding == loads || b.binding == distances;
-        const bool is_atomic =
-            b.binding == status || b.binding == counts || b.binding == rate_sums || b.binding == reactions;
+        const bool is_atomic = b.binding == status || b.binding == counts || b.binding == rate_sums ||
+                               b.binding == reactions || b.binding == load_reactions;
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
             declare("nodes", b, "vec4<i32>", "read_write");

@@ -177,19 +177,6 @@ fn ${NAME}(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry point push, which changes the particles' velocities by loads.
-inline constexpr const char* push = R"(
-@compute @workgroup_size(${GROUP})
-fn push(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i >= params.particles || stopped()) { return; }
-    read_time_step();
-    let acting = u32(load_loads(i));
-    var v = load_velocity(i);${LOADS}
-    store_velocity(i, v);
-}
-)";
-
 /// WGSL text of the entry point ${NAME}, which finds the largest q, g and m of all particles. If ${COUNT} is not empty,
 /// it counts the particles by their base nodes, too. \see stage/fixed_point.hpp
 inline constexpr const char* measure = R"(

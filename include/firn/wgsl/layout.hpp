@@ -56,8 +56,8 @@ struct Buffer {
     int binding;       ///< binding number of the buffer in group 0
     /// The kind of item for which the buffer has `count` values: "particle", "node", "block" (of 4^D nodes),
     /// "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node" (a node along one axis; first all
-    /// nodes along x, then all along y, then all along z), "distance" (a node of a grid of distances) or "program" (a
-    /// single item).
+    /// nodes along x, then all along y, then all along z), "distance" (a node of a grid of distances),
+    /// "particle_set" (a single item, of a set of particles) or "program" (a single item).
     std::string per;
     int count;                          ///< number of values that the buffer has for each item
     std::vector<Component> components;  ///< fields in the buffer, in their order; empty if `per` is not "particle"
@@ -98,7 +98,8 @@ struct ProgramOptions {
     bool periodic = false;                      ///< whether axes of the domain may be periodic; needs a sparse grid
     Arithmetic arithmetic = Arithmetic::plain;  ///< how products, quotients, roots and sums are written
     /// Whether each step sums the impulses of each part of the boundary on matter: in the buffer "reactions", which
-    /// wgsl/reaction_kernels.hpp describes. A host sets the uniforms "per_arm" and "about_0", "about_1", …
+    /// wgsl/reaction_kernels.hpp describes. A host sets the uniforms "per_arm" and "about_0", "about_1", … With loads,
+    /// it sums their impulses, too: in the buffer "load_reactions", see wgsl/load_kernels.hpp. \see set_load_reactions
     bool reactions = false;
 };
 
@@ -196,6 +197,9 @@ struct Facts {
     int reacting_parts;      ///< number of parts of the boundary whose impulses are summed
     bool mirrors;            ///< whether the boundary has mirrored walls
     ProgramOptions options;  ///< options of the program
+
+    /// Returns whether the impulses of loads are summed.
+    bool loads_react() const { return options.loads > 0 && options.reactions; }
 };
 
 namespace detail {
@@ -268,7 +272,8 @@ enum Binding {
     loads,
     distances,
     reactions,
-    term
+    term,
+    load_reactions
 };
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
@@ -315,6 +320,8 @@ inline constexpr int first_set_word = first_logged_step + logged_steps, words_of
 inline int impulses_of_part(int dimension) { return dimension == 2 ? 3 : 6; }
 /// Returns the number of words of the buffer "reactions". \see reaction_kernels.hpp
 inline int reaction_words(int dimension, int parts) { return 1 + 3 * impulses_of_part(dimension) * parts; }
+/// Returns the number of words of the buffer "load_reactions". \see load_kernels.hpp
+inline int load_reaction_words(int dimension, int loads) { return loads * (1 + 3 * impulses_of_part(dimension)); }
 /// Returns the number of words that the buffer "bins" has of a block: one for each of its cells, where its particles
 /// begin, and where they end.
 inline int bin_words(int dimension) { return (1 << (2 * dimension)) + 2; }
@@ -381,6 +388,9 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     if (program.distances.size() > 0) add("distances", "f32", distances, "distance", 1);
     if (facts.reacting_parts > 0)
         add("reactions", "u32", reactions, "program", reaction_words(facts.dimension, facts.reacting_parts));
+    if (facts.loads_react())
+        add("load_reactions", "u32", load_reactions, "particle_set",
+            load_reaction_words(facts.dimension, facts.options.loads));
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
@@ -473,8 +483,10 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("begin_step", "one_workgroup", 1, {{status, true}});
     add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
     add("sort", "particle", size, {{motion, true}, {status, true}});
+    const Bindings pushed{{motion, true}, {constants, false}, {status, true}, {loads, false}};
+    if (facts.loads_react()) add("begin_push", "one_workgroup", 1, {{status, true}, {load_reactions, true}});
     if (facts.options.loads > 0)
-        add("push", "particle", size, {{motion, true}, {constants, false}, {status, true}, {loads, false}});
+        add("push", "particle", size, facts.loads_react() ? with(pushed, {{load_reactions, true}}) : pushed);
     add("measure", "particle", size, with(particle, {{counts, true}}));
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});

@@ -111,6 +111,8 @@ inline std::vector<std::string> entry_points_of(const Program& program, std::str
         const std::vector<std::string> average = detail::averaging_of(program);
         points.insert(points.end(), average.begin(), average.end());
         points.push_back("average_rates");
+    } else if (pass == "push" && program.has("begin_push")) {
+        points = {"begin_push", "push"};
     } else if (pass == "g2p" || (pass == "push" && program.has("push"))) {
         points = {std::string(pass)};
     }
@@ -221,11 +223,12 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  values for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes),
 ///                  "particle_and_bin" (each particle, and 4^D + 2 for each block), "axis_node"
 ///                  (a node along one axis: first all along x, then all along y, then all along z), "distance" (a
-///                  number of a grid of distances) or "program" (only one item). If `per` is "particle", the c-th value
-///                  (from 0) of particle i is at index c * capacity + i; `components` lists the fields that consist of
-///                  these values, with the name, count of values and unit of each. A field of a material's state also
-///                  has a default: its value in a body at rest. If `less_one` is true, the buffer has F − I of a matrix
-///                  F, or J − 1 of a number J; the default is F or J.
+///                  number of a grid of distances), "particle_set" (one item, of a set of particles) or "program" (only
+///                  one item). If `per` is "particle", the c-th value (from 0) of particle i is at index
+///                  c * capacity + i; `components` lists the fields that consist of these values, with the name, count
+///                  of values and unit of each. A field of a material's state also has a default: its value in a body
+///                  at rest. If `less_one` is true, the buffer has F − I of a matrix F, or J − 1 of a number J; the
+///                  default is F or J.
 ///     distances    only if shapes have grids of distances: the number of all their distances with the default
 ///                  uniforms. A host writes them to the buffer "distances", one grid after another, as make_inputs()
 ///                  returns them. Of each shape, the uniforms that end in grid_first, grid_strides, grid_nodes,

@@ -258,6 +258,14 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     for (int k = 0; k < options.loads; ++k)
         uniforms.add("load_" + std::to_string(k), "vec" + std::to_string(D) + "<f32>", "N",
                      "force of a load on each particle of its body", std::vector<double>(std::size_t{D}, 0.0));
+    if (facts.loads_react()) {
+        const std::string type = "vec" + std::to_string(D) + "<f32>";
+        const std::vector<double> zero(std::size_t{D}, 0.0);
+        uniforms.add("load_about_cell", type, "cells",
+                     "point about which the angular impulses of loads are taken, from the domain's corner: cell", zero);
+        uniforms.add("load_about_rest", type, "cells", "where in this cell it is", zero);
+        uniforms.add("load_per_arm", "f32", "1/cell", "a power of two, at most one half over the largest arm", {0});
+    }
     if (facts.reacting_parts > 0)
         uniforms.add("per_arm", "f32", "1/m", "a power of two, at most one half over the largest arm", {0});
     for (int k = 0; k < facts.reacting_parts; ++k)

@@ -18,9 +18,8 @@
 
 namespace firn::inline FIRN_BUILD::wgsl::text {
 
-/// WGSL text of the function begin_reactions(), which chooses the scale and sets the sums to zero, and of the function
-/// add_reaction(part, mass, change, arm), which adds the impulse of a part at a node.
-inline constexpr const char* add_reaction = R"(
+/// WGSL text of the function begin_reactions(), which chooses the scale and sets the sums to zero.
+inline constexpr const char* begin_reactions = R"(
 /// V is no less than 2^-10 cells per step. Dust at rest has no signal speed, but may fall onto a wall.
 fn begin_reactions() {
     let least_speed = 0x1p-10f / max(chosen.place_per_velocity, 1e-20f);
@@ -28,8 +27,12 @@ fn begin_reactions() {
     atomicStore(&reactions[0], (253u - (bitcast<u32>(speed) >> 23u)) << 23u);
     for (var k = 1u; k < ${WORDS}u; k++) { atomicStore(&reactions[k], 0u); }
 }
-/// Adds the integer next to x to the sum with this number.
-fn add_wide(number: u32, x: f32) {
+)";
+
+/// WGSL text of the function ${ADD_WIDE}(number, x), which adds to the integers of 96 bits from word ${FIRST_SUM} of a
+/// buffer on.
+inline constexpr const char* add_wide = R"(/// Adds the integer next to x to the sum with this number.
+fn ${ADD_WIDE}(number: u32, x: f32) {
     if (!is_finite(x)) { return; } // G2P reports it
     if (abs(x) > 0x1p60f) {
         fail(${REACTION_ERROR}u, 0xffffffffu);
@@ -44,17 +47,20 @@ fn add_wide(number: u32, x: f32) {
         words.x += 1u;
         if (words.x == 0u) { words.y += 1u; }
     }
-    let at = 1u + 3u * number;
-    let low = atomicAdd(&reactions[at], words.x);
+    let at = ${FIRST_SUM}u + 3u * number;
+    let low = atomicAdd(&${SUMS}[at], words.x);
     if (low + words.x < low) {
         words.y += 1u;
         if (words.y == 0u) { words.z += 1u; }
     }
-    let middle = atomicAdd(&reactions[at + 1u], words.y);
+    let middle = atomicAdd(&${SUMS}[at + 1u], words.y);
     if (middle + words.y < middle) { words.z += 1u; }
-    if (words.z != 0u) { atomicAdd(&reactions[at + 2u], words.z); }
+    if (words.z != 0u) { atomicAdd(&${SUMS}[at + 2u], words.z); }
 }
-/// \param mass    of the node [quanta]
+)";
+
+/// WGSL text of the function add_reaction(part, mass, change, arm), which adds the impulse of a part at a node.
+inline constexpr const char* add_reaction = R"(/// \param mass    of the node [quanta]
 /// \param change  of the node's velocity by the part [m/s]
 /// \param arm     from the point about which angular impulses are taken to the node [m]
 fn add_reaction(part: u32, mass: f32, change: ${VEC}, arm: ${VEC}) {

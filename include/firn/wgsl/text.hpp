@@ -5,6 +5,7 @@
 #include <firn/wgsl/blend_kernels.hpp>
 #include <firn/wgsl/declarations.hpp>
 #include <firn/wgsl/kernels.hpp>
+#include <firn/wgsl/load_kernels.hpp>
 #include <firn/wgsl/reaction_kernels.hpp>
 #include <firn/wgsl/refine_kernels.hpp>
 #include <firn/wgsl/sparse_kernels.hpp>
@@ -61,7 +62,9 @@ public:
     std::string entry_points(const Program& program) const {
         return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
                filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
-               (facts_.options.loads > 0 ? filled(text::push, {{"LOADS", loads()}}) : "") +
+               (facts_.options.loads > 0
+                    ? filled(text::push, {{"LOADS", statements_of_loads(facts_.options.loads, facts_.loads_react())}})
+                    : "") +
                filled(text::measure, {{"NAME", "measure"}, {"COUNT", count_base_node()}}) +
                filled(text::measure, {{"NAME", "measure_loads"}, {"COUNT", ""}}) + filled(text::choose_scale) +
                scatter({.name = "scatter",
@@ -148,18 +151,29 @@ private:
         return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
     }
 
-    /// Returns the WGSL text of the reactions of the boundary; no text if they are not summed.
+    /// Returns the WGSL text of the sums of impulses; no text if there are none.
     std::string reactions() const {
-        if (facts_.reacting_parts == 0) return "";
-        const int impulses = impulses_of_part(D_);
-        const std::string angular = D_ == 2
-                                        ? "add_wide(first + 2u, lever.x * quanta.y - lever.y * quanta.x);"
-                                        : "let angular = cross(lever, quanta);" + indented(1) +
-                                              "for (var a = 0u; a < 3u; a++) { add_wide(first + 3u + a, angular[a]); }";
-        return filled(text::add_reaction, {{"IMPULSES", std::to_string(impulses)},
-                                           {"ADD_ANGULAR", angular},
-                                           {"REACTION_ERROR", std::to_string(reaction_error)},
-                                           {"WORDS", std::to_string(reaction_words(D_, facts_.reacting_parts))}});
+        const int loads = facts_.options.loads;
+        const auto sums = [&](const char* text, const char* add, const char* buffer, int first, int words) {
+            return filled(text::add_wide, {{"ADD_WIDE", add},
+                                           {"SUMS", buffer},
+                                           {"FIRST_SUM", std::to_string(first)},
+                                           {"REACTION_ERROR", std::to_string(reaction_error)}}) +
+                   filled(text, {{"CHOOSE_SCALES", scales_of_loads(loads)},
+                                 {"LARGEST", largest_component(D_)},
+                                 {"LOADS", std::to_string(loads)},
+                                 {"WORDS", std::to_string(words)},
+                                 {"INTO_DOMAIN", facts_.options.periodic ? filled(text::corner_into_domain) : ""},
+                                 {"IMPULSES", std::to_string(impulses_of_part(D_))},
+                                 {"ADD_ANGULAR", add_angular(D_, add)}});
+        };
+        const int words = reaction_words(D_, facts_.reacting_parts);
+        return (facts_.reacting_parts > 0 ? filled(text::begin_reactions, {{"WORDS", std::to_string(words)}}) +
+                                                sums(text::add_reaction, "add_wide", "reactions", 1, words)
+                                          : "") +
+               (facts_.loads_react() ? sums(text::load_reactions, "add_wide_of_load", "load_reactions", loads,
+                                            load_reaction_words(D_, loads))
+                                     : "");
     }
     /// Returns the WGSL statements in which the grid update adds the impulses at a node.
     std::string react() const {
@@ -388,14 +402,6 @@ private:
         return indented(1) +
                "atomicStore(&status[20], bitcast<u32>(shifted_share_of(chosen.place_per_velocity * "
                "status_number(2u))));";
-    }
-    /// Returns the WGSL statements in which loads change the velocity of a particle.
-    std::string loads() const {
-        std::string text;
-        for (int k = 0; k < facts_.options.loads; ++k)
-            text += indented(1) + "if ((acting & " + std::to_string(1u << k) +
-                    "u) != 0u) { v += pushed_by(params.load_" + std::to_string(k) + ", load_mass(i)); }";
-        return text;
     }
     /// Returns the WGSL statements of G2P that keep the place before the step, and tell whether the way from there to
     /// the new place may meet a sink: the CPU decides it in double. No text without sinks.
