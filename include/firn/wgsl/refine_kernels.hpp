@@ -82,9 +82,9 @@ fn scatter_term(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of the entry points for nodes of a series without mirrored walls: begin_series; next_term, which adds the
-/// next term; and last_term, which adds the last one and leaves the momentum in place of that of P2G.
-inline constexpr const char* series_of_nodes = R"(
+/// WGSL text of begin_series, the first entry point for nodes of a series, and of functions that return v_1 and A v_j
+/// of a node: without mirrored walls.
+inline constexpr const char* begin_series = R"(
 @compute @workgroup_size(${GROUP})
 fn begin_series(${INVOCATION}) {
     let i = invocation(group, groups, local);
@@ -92,29 +92,13 @@ fn begin_series(${INVOCATION}) {
     store_velocity_at(last_at(i), first_before_walls(i), 0.0f);
     nodes[back_at(i)] = vec4<i32>(0);
 }
-fn velocity_back(i: u32) -> ${VEC} { return velocity_from(back_at(i), status_number(29u), mass_of_node(i)); }
-
-@compute @workgroup_size(${GROUP})
-fn next_term(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i >= node_count() || stopped()) { return; }
-    let next = next_of_series(first_before_walls(i), velocity_at(last_at(i)), velocity_back(i));
-    store_velocity_at(last_at(i), next, 0.0f);
-    nodes[back_at(i)] = vec4<i32>(0);
-}
-
-@compute @workgroup_size(${GROUP})
-fn last_term(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i >= node_count() || stopped()) { return; }
-    store_momentum_of_series(i, momentum_of_series(first_before_walls(i), velocity_at(last_at(i)), velocity_back(i),
-                                                   mass_of_node(i)));
-}
+fn first_term(i: u32) -> ${VEC} { return first_before_walls(i); }
+fn term_back(i: u32) -> ${VEC} { return velocity_from(back_at(i), status_number(29u), mass_of_node(i)); }
 )";
 
-/// WGSL text of the entry points for nodes of a series with mirrored walls, which act between some of them: after
-/// begin_series, before keep_first; and in each term after convert_term, before next_term or last_term.
-inline constexpr const char* mirrored_series_of_nodes = R"(
+/// As begin_series with mirrored walls, which act between some entry points: after begin_series, before keep_first; and
+/// in each term after convert_term, before next_term or last_term.
+inline constexpr const char* begin_mirrored_series = R"(
 @compute @workgroup_size(${GROUP})
 fn begin_series(${INVOCATION}) {
     let i = invocation(group, groups, local);
@@ -139,12 +123,18 @@ fn convert_term(${INVOCATION}) {
     let mass = mass_of_node(i);
     store_velocity_at(back_at(i), velocity_from(back_at(i), status_number(29u), mass), mass);
 }
+fn first_term(i: u32) -> ${VEC} { return velocity_at(first_at(i)); }
+fn term_back(i: u32) -> ${VEC} { return velocity_at(back_at(i)); }
+)";
 
+/// WGSL text of the entry points next_term, which adds the next term of a series at the nodes; and last_term, which
+/// adds the last one and leaves the momentum in place of that of P2G.
+inline constexpr const char* next_terms = R"(
 @compute @workgroup_size(${GROUP})
 fn next_term(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || stopped()) { return; }
-    let next = next_of_series(velocity_at(first_at(i)), velocity_at(last_at(i)), velocity_at(back_at(i)));
+    let next = next_of_series(first_term(i), velocity_at(last_at(i)), term_back(i));
     store_velocity_at(last_at(i), next, 0.0f);
     nodes[back_at(i)] = vec4<i32>(0);
 }
@@ -153,8 +143,8 @@ fn next_term(${INVOCATION}) {
 fn last_term(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || stopped()) { return; }
-    store_momentum_of_series(i, momentum_of_series(velocity_at(first_at(i)), velocity_at(last_at(i)),
-                                                   velocity_at(back_at(i)), first_before_walls(i), mass_of_node(i)));
+    store_momentum_of_series(i, momentum_of_series(first_term(i), velocity_at(last_at(i)), term_back(i),
+                                                   ${BEFORE_WALLS}mass_of_node(i)));
 }
 )";
 

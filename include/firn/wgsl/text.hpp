@@ -268,8 +268,8 @@ private:
             {"NO_STRESS", no_matrix(D_)},
             {"SCATTER",
              scatter({.name = "scatter_in_term", .target = in_nodes("node_sums", "back_at(node)"), .record = record})}};
-        return filled(text::series, names) +
-               filled(facts_.mirrors ? text::mirrored_series_of_nodes : text::series_of_nodes) +
+        return filled(text::series, names) + filled(facts_.mirrors ? text::begin_mirrored_series : text::begin_series) +
+               filled(text::next_terms, {{"BEFORE_WALLS", facts_.mirrors ? "first_before_walls(i), " : ""}}) +
                scatter({.name = "scatter_term_in_arena",
                         .target = "arena[arena_number(node, c)]",
                         .record = record,
