@@ -202,8 +202,19 @@ void add_time_step(Module& module) {
                        [](const R& dt) { return cells_per_velocity(dt, detail::cell_size()); });
 }
 
-/// Adds the functions of the grid update to the module: velocity_of_node, which returns a node's new velocity, and
-/// acceleration_of, which returns the size of the field's acceleration that limits the time step. \see
+/// Adds the function acceleration_of, which returns the size of the field's acceleration that limits the time step.
+/// \see stage/grid_update.hpp
+template <int D, class Field>
+void add_acceleration(Module& module, const Field& field) {
+    using V = Vec<recorded, D>;
+    module.function<V, V>("acceleration_of", std::string(Field::name) + ": what limits the time step [m/s^2]",
+                          {"position", "velocity"}, [&](const V& position, const V& velocity) {
+                              return sqrt(squared_acceleration(detail::with_uniforms(field, "field"), position,
+                                                               velocity, detail::time_step()));
+                          });
+}
+
+/// Adds the function of the grid update to the module: velocity_of_node, which returns a node's new velocity. \see
 /// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
@@ -215,11 +226,6 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
             return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
                                  on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size()));
         });
-    module.function<V, V>("acceleration_of", std::string(Field::name) + ": what limits the time step [m/s^2]",
-                          {"position", "velocity"}, [&](const V& position, const V& velocity) {
-                              return sqrt(squared_acceleration(detail::with_uniforms(field, "field"), position,
-                                                               velocity, detail::time_step()));
-                          });
 }
 
 /// A recorded boundary that also tells by how much each of its parts changes a velocity.
@@ -238,7 +244,7 @@ struct WatchedParts {
     }
 };
 
-/// Adds the function velocity_and_changes: a node's new velocity, as velocity_of_node() has it, and by how much each
+/// Adds, in place of velocity_of_node(), the function velocity_and_changes: a node's new velocity, and by how much each
 /// part of the boundary has changed it [m/s].
 template <int D, class Boundary, class Field>
 void add_reactions(Module& module, const Boundary& boundary, const Field& field) {

@@ -131,8 +131,11 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     if (program.options.loads > 0) add_push<D>(module);
-    add_grid_update<D>(module, boundary, field);
-    if (facts.reacting_parts > 0) add_reactions<D>(module, boundary, field);
+    if (facts.reacting_parts > 0)
+        add_reactions<D>(module, boundary, field);
+    else
+        add_grid_update<D>(module, boundary, field);
+    add_acceleration<D>(module, field);
     if constexpr (has_mirrors<Boundary>) {
         std::vector<MirrorPlane> walls;
         for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);

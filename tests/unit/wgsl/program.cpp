@@ -507,6 +507,9 @@ TEST_CASE("A transfer that refines velocities has the entry points of a term as 
     CHECK(has(p.code, "if (has_matter(column_before_0)) { store_column(Line(back_at(line.first)"));
     CHECK_FALSE(has(make(Pic{}, wgsl::GridStorage::dense).code, "mirrored_before_0"));
     CHECK_FALSE(has(make(Fmpm{.order = 1}, wgsl::GridStorage::dense).code, "mirrored_before_0"));
+    // This one sums reactions, where another function returns the velocity of a node.
+    CHECK(has(p.code, "fn velocity_and_changes("));
+    CHECK_FALSE(has(p.code, "velocity_of_node"));
     for (const wgsl::EntryPoint& e : p.entry_points) CHECK(e.bindings.size() - 1 <= 8);
 
     // Of an affine transfer, particles give their affine field, too.
