@@ -193,6 +193,10 @@ private:
         const auto relation = [&](const char* sign) {
             return Expression{within(expression(n.a), 1) + sign + within(expression(n.b), 1), 0};
         };
+        // && and || are branches for some drivers: SwiftShader takes minutes for a function with hundreds of them.
+        const auto logic = [&](const char* sign) {
+            return Expression{within(expression(n.a), 3) + sign + within(expression(n.b), 3), 0};
+        };
         switch (n.op) {
             case Op::constant:
                 return {literal(n.value), n.value < 0 ? 1 : 3};
@@ -221,9 +225,9 @@ private:
             case Op::equal:
                 return relation(" == ");
             case Op::both:
-                return relation(" && ");
+                return logic(" & ");
             case Op::either:
-                return relation(" || ");
+                return logic(" | ");
             case Op::inverse:
                 return {"!" + within(expression(n.a), 3), 3};
             case Op::select:

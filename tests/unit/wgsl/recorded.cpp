@@ -322,6 +322,16 @@ TEST_CASE("Sums and products of which GPU compilers join constants are written s
     CHECK(!has(text_of([](const recorded& x) { return (x + recorded(3)) * recorded(2); }), "max"));
 }
 
+TEST_CASE("Masks are combined without a branch") {
+    wgsl::Module module;
+    module.function<recorded, recorded>("f", "a test", {"x", "y"}, [](const recorded& x, const recorded& y) {
+        const auto low = x < recorded(1), lower = y < x, same = x == y;
+        return select((low & lower) | !same, x, y);
+    });
+    CHECK(count(module.text(), "((x < 1.0f) & (y < x)) | !(x == y)") == 1);
+    CHECK(count(module.text(), "&&") + count(module.text(), "||") == 0);
+}
+
 TEST_CASE("Loops stay loops, and what only rare lanes need is computed in a branch") {
     wgsl::Module module;
     module.function<Mat<recorded, 3>>("V", "left_stretch", {"F"},
