@@ -261,6 +261,11 @@ void write_distances(const std::filesystem::path& root) {
     ramp.angular_velocity = {1.0, -2.0, 3.0};
     write_case<3, Apic, MlsForce>(root, "3d_distances", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 1, material, 0,
                                   ramp);
+    auto other = scenes::ramp();  // which meets the first one between the blocks
+    other.position = {0.5, 0.35, 0.45};
+    other.contact = Contact::slip;
+    write_case<3, Apic, MlsForce>(root, "3d_distances_twice", {0.25, 1.0 / 32, 1.0 / 16}, "step", 1, material, 0,
+                                  Together(scenes::rough_walls<3>(), ramp, other));
 }
 
 /// Averages of the rates of volume change, also at mirrored walls.

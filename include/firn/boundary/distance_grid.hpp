@@ -130,6 +130,19 @@ private:
 /// Nothing of a program: what a shape on the CPU has.
 struct NotInProgram {};
 
+/// What a grid of distances has at a place.
+template <class S, int D>
+struct FoundInGrid {
+    S distance;        ///< the signed distance [m]
+    Vec<S, D> normal;  ///< the outward unit normal [1]
+};
+
+/// Whether a program for a GPU is recorded that can call a function with a grid. \see wgsl::record_call
+template <class Grid, class X>
+concept calls_with_grid = requires(const Grid& grid, const X& x) {
+    record_call("", "", {}, [](const Grid&, const X& of) { return of; }, grid, x);
+};
+
 }  // namespace detail
 
 /// A shape given by signed distances at the nodes of a grid.
@@ -261,23 +274,17 @@ struct DistanceGrid {
 
     /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
-        const Cell cell = locate(x);
-        const S distance = reduced(cell, -1), square = dot(cell.beyond, cell.beyond);
-        const auto is_beyond = S(0) < square;
-        if (!any(is_beyond)) return distance;
-        const S beyond = sqrt(select(is_beyond, square, S(1)));
-        const S d = max(distance, S(0)), along = min(max(dot(cell.beyond, gradient(cell)), S(0)), beyond);
-        const S from_surface = sqrt(select(is_beyond, square + d * d + S(2) * d * along, S(1)));
-        return select(is_beyond, select(distance < S(0), distance + beyond, from_surface), distance);
+        if constexpr (calls)
+            return found_at(x).distance;
+        else
+            return distance_in(locate(x));
     }
     /// The outward unit normal at x [1].
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
-        const Cell cell = locate(x);
-        const Vec<S, D> slope = gradient(cell);
-        const auto is_beyond = S(0) < dot(cell.beyond, cell.beyond);
-        if (!any(is_beyond)) return direction_or_up(slope);
-        const S d = select(S(0) < dot(cell.beyond, slope), max(reduced(cell, -1), S(0)), S(0));
-        return direction_or_up(select(is_beyond, cell.beyond + slope * d, slope));
+        if constexpr (calls)
+            return found_at(x).normal;
+        else
+            return normal_in(locate(x));
     }
 
 private:
@@ -290,6 +297,36 @@ private:
         Vec<S, D> beyond;    ///< vector from the nearest point of the grid to the position [m]
     };
 
+    /// Whether a program has the look-up as a function of its own; with dual numbers, it does not.
+    static constexpr bool calls = detail::calls_with_grid<decltype(grid), Vec<S, D>>;
+    using Found = detail::FoundInGrid<S, D>;
+
+    /// Returns what a program finds at x [m]. Its function is the same for all grids.
+    Found found_at(const Vec<S, D>& x) const {
+        const auto look_up = [](const decltype(grid)& of, const Vec<S, D>& at) {
+            const DistanceGrid there{nullptr, {}, of};
+            const Cell cell = there.locate(at);
+            return Found{there.distance_in(cell), there.normal_in(cell)};
+        };
+        return record_call("found_in_grid", "firn/boundary/distance_grid.hpp: distance [m] and normal", {"grid", "x"},
+                           look_up, grid, x);
+    }
+    FIRN_INLINE S distance_in(const Cell& cell) const {
+        const S distance = reduced(cell, -1), square = dot(cell.beyond, cell.beyond);
+        const auto is_beyond = S(0) < square;
+        if (!any(is_beyond)) return distance;
+        const S beyond = sqrt(select(is_beyond, square, S(1)));
+        const S d = max(distance, S(0)), along = min(max(dot(cell.beyond, gradient(cell)), S(0)), beyond);
+        const S from_surface = sqrt(select(is_beyond, square + d * d + S(2) * d * along, S(1)));
+        return select(is_beyond, select(distance < S(0), distance + beyond, from_surface), distance);
+    }
+    FIRN_INLINE Vec<S, D> normal_in(const Cell& cell) const {
+        const Vec<S, D> slope = gradient(cell);
+        const auto is_beyond = S(0) < dot(cell.beyond, cell.beyond);
+        if (!any(is_beyond)) return direction_or_up(slope);
+        const S d = select(S(0) < dot(cell.beyond, slope), max(reduced(cell, -1), S(0)), S(0));
+        return direction_or_up(select(is_beyond, cell.beyond + slope * d, slope));
+    }
     FIRN_INLINE Cell locate(const Vec<S, D>& x) const {
         Cell cell{};
         const auto of = stored();

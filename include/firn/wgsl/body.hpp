@@ -156,12 +156,13 @@ private:
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
     }
+    /// Returns whether node i is a part of what another node has computed, and is written without a statement.
+    bool is_part(int i) const { return node(i).op == Op::loop_result || node(i).op == Op::call_result; }
     /// Returns whether node i of the graph is used by only one operation and is written inside the expression of that
     /// operation.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
-        if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
-            return false;
+        if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || is_part(i)) return false;
         const int user = users.front();
         return user != outside && node(user).op != Op::loop && !is_selection_of_run(user) &&
                run_[std::size_t(user)] == run_[std::size_t(i)];
@@ -265,6 +266,16 @@ private:
             case Op::loop_value:
             case Op::loop_result:
                 return {variable(n.a, n.b), 3};
+            case Op::call: {
+                const Call& of = graph_.calls[std::size_t(n.a)];
+                return {of.function + "(" +
+                            of.written([&](std::size_t k) { return expression(of.arguments[k]).text; }) + ")",
+                        3};
+            }
+            case Op::call_result: {
+                const Call& of = graph_.calls[std::size_t(n.a)];
+                return {expression(of.node).text + of.parts[std::size_t(n.b)], 3};
+            }
             case Op::loop:
                 break;
         }
@@ -347,9 +358,9 @@ private:
             }
             if (node(i).op == Op::loop) {
                 write_loop(node(i).a, depth);
-            } else if (!is_atom(i) && node(i).op != Op::loop_result) {
+            } else if (!is_atom(i) && !is_part(i)) {
                 const Expression e = expression(i);
-                if (is_inlined(i) && e.text.size() <= longest_expression) {
+                if (is_inlined(i) && node(i).op != Op::call && e.text.size() <= longest_expression) {
                     written_[std::size_t(i)] = e;
                 } else {
                     const std::string name = new_name(i);

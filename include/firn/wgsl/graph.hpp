@@ -13,6 +13,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -22,8 +23,9 @@
 namespace firn::inline FIRN_BUILD::wgsl {
 
 /// The kind of operation that a node of the graph does. The operands are the values of the nodes with the indices `a`,
-/// `b` and `c`. For the last three kinds (loop, loop_value and loop_result), `a` is the index of a loop and `b` the
-/// index of a variable of this loop. Values are f32, of comparisons and logic bool, and of index_after u32.
+/// `b` and `c`. For the kinds loop, loop_value and loop_result, `a` is the index of a loop and `b` the index of a
+/// variable of this loop; for call and call_result, `a` is the index of a call and `b` that of a number of its result.
+/// Values are f32, of comparisons and logic bool, and of index_after u32.
 enum class Op : std::uint8_t {
     constant,        ///< a constant
     truth,           ///< a constant mask: true or false
@@ -54,6 +56,8 @@ enum class Op : std::uint8_t {
     loop,            ///< all passes of the loop Graph::loops[a]
     loop_value,      ///< value of variable `b` of loop `a` at the start of a pass
     loop_result,     ///< value of variable `b` of loop `a` after the last pass
+    call,            ///< the call Graph::calls[a] of another function
+    call_result,     ///< number `b` of the result of call `a`
 };
 
 /// The index −1, which means that there is no node, no loop or no run (see Body).
@@ -64,8 +68,9 @@ inline constexpr int nothing = -1;
 struct Node {
     Op op;            ///< kind of the operation
     int a = nothing,  ///< node index of the first operand; for Op::loop, loop_value and loop_result: index of the
-                      ///< loop
-        b = nothing,  ///< node index of the second operand; for Op::loop_value and loop_result: index of the variable
+                      ///< loop; for Op::call and call_result: index of the call
+        b = nothing,  ///< node index of the second operand; for Op::loop_value and loop_result: index of the variable;
+                      ///< for Op::call_result: index of the number
         c = nothing;  ///< node index of the third operand
     float value = 0;  ///< for Op::constant: its value; for Op::truth: 1 if true, 0 if false
     std::string text{};  ///< for Op::input: the WGSL expression of the input
@@ -91,6 +96,16 @@ struct Loop {
     int go_on = nothing;       ///< node index of the mask that must be true for another pass, or `nothing`
 };
 
+/// A call of another WGSL function, which was recorded, too.
+struct Call {
+    std::string function;            ///< name of the function
+    std::vector<int> arguments;      ///< for each number of the arguments, index of the node that computes it
+    std::vector<std::string> parts;  ///< for each number of the result, what selects it: "" or for example ".x"
+    /// Writes the arguments: text(k) must return the WGSL expression of the k-th number.
+    std::function<std::string(const std::function<std::string(std::size_t)>& text)> written;
+    int node = nothing;  ///< index of its node Op::call, which Graph::call() sets
+};
+
 /// The operations of a recorded definition (a C++ function). Each operation is a node. The index of a node is its index
 /// in `nodes`.
 class Graph {
@@ -99,6 +114,7 @@ public:
     /// For each node: index of the innermost loop on whose variables the node depends, or `nothing`.
     std::vector<int> region;
     std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
+    std::vector<Call> calls;           ///< all calls of other functions
     std::map<int, std::string> names;  ///< names that the definition gives to nodes; the key is the node's index
     /// Indices of the nodes of all masks that were passed to any(). Operations whose results are used only if such a
     /// mask is true become a branch of the WGSL program.
@@ -226,6 +242,21 @@ public:
         return results;
     }
 
+    /// Adds a call of another function. Returns, for each number of its result, the index of the node that has it. The
+    /// same function with the same arguments is called once.
+    std::vector<int> call(Call call) {
+        int number = 0;
+        while (number < int(calls.size()) &&
+               (calls[number].function != call.function || calls[number].arguments != call.arguments))
+            ++number;
+        if (number == int(calls.size())) calls.push_back(std::move(call));
+        calls[number].node = push({Op::call, number});
+        std::vector<int> results;
+        for (std::size_t k = 0; k < calls[number].parts.size(); ++k)
+            results.push_back(push({Op::call_result, number, int(k)}));
+        return results;
+    }
+
     /// Calls f(k) for the index k of every node whose value node i uses directly. If node i is a loop (Op::loop), these
     /// are the nodes in Loop::initial, Loop::next and Loop::go_on.
     template <class F>
@@ -240,6 +271,12 @@ public:
                 break;
             case Op::loop_result:
                 f(number_of({Op::loop, node.a}));
+                break;
+            case Op::call:
+                for (const int k : calls[node.a].arguments) f(k);
+                break;
+            case Op::call_result:
+                f(calls[node.a].node);
                 break;
             case Op::loop: {
                 const Loop& loop = loops[node.a];

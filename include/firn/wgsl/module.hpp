@@ -5,6 +5,9 @@
 #include <firn/wgsl/body.hpp>
 #include <firn/wgsl/recorded.hpp>
 
+#include <map>
+#include <typeindex>
+
 namespace firn::inline FIRN_BUILD::wgsl {
 
 /// A list of WGSL structs and functions, which together are a WGSL module.
@@ -28,6 +31,10 @@ public:
                   const Definition& definition) {
         using Result = std::invoke_result_t<Definition, Arguments...>;
         Recording recording;
+        const struct Current {
+            Module* before;
+            ~Current() { recording_ = before; }
+        } current{std::exchange(recording_, this)};
         [[maybe_unused]] std::size_t n = 0;
         std::vector<std::string> parameters;
         [[maybe_unused]] const auto input = [&]<class T>(std::type_identity<T>) {
@@ -57,6 +64,21 @@ public:
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";
     }
 
+    /// Adds a WGSL function that others call, unless the module has it already. The arguments are those of function().
+    /// \throws usage_error  if the module has a function of this name from a definition of another type; or if
+    ///                      function() throws it
+    template <class... Arguments, class Definition>
+    void called_function(const std::string& name, const std::string& comment, const std::vector<std::string>& names,
+                         const Definition& definition) {
+        const auto [known, is_new] = called_.try_emplace(name, typeid(Definition));
+        if (is_new)
+            function<Arguments...>(name, comment, names, definition);
+        else if (known->second != typeid(Definition))
+            throw usage_error("Two definitions are called as the function " + name + " of WGSL.");
+    }
+    /// Returns the module whose function this thread is recording; null if there is none.
+    static Module* recording() { return recording_; }
+
     /// Adds the WGSL structs that are needed for values of type T. Structs that the module already has are not added
     /// again.
     template <class T>
@@ -79,6 +101,42 @@ private:
     Arithmetic arithmetic_;
     std::vector<std::pair<std::string, std::string>> structs_;
     std::string functions_;
+    std::map<std::string, std::type_index> called_;
+    static inline thread_local Module* recording_ = nullptr;
 };
+
+template <class Definition, has_shape... Arguments>
+std::invoke_result_t<const Definition&, const Arguments&...> record_call(const std::string& name,
+                                                                         const std::string& comment,
+                                                                         const std::vector<std::string>& names,
+                                                                         const Definition& definition,
+                                                                         const Arguments&... arguments) {
+    Module* const module = Module::recording();
+    if (!module) return definition(arguments...);
+    {
+        const Recording::Pause pause;
+        module->template called_function<Arguments...>(name, comment, names, definition);
+    }
+    Call call{name, {}, {}, [=](const auto& text) {
+                  std::vector<std::string> all;
+                  std::size_t k = 0;
+                  (all.push_back(shape<Arguments>::build(arguments, [&](const recorded&) { return text(k++); })), ...);
+                  return detail::joined(all, ", ");
+              }};
+    const auto add = [&](auto argument) {
+        for_components(argument, [&](const recorded& x) {
+            if (x.node == nothing) throw usage_error("A call of " + name + " gets a number that has no value yet.");
+            call.arguments.push_back(x.node);
+        });
+    };
+    (add(arguments), ...);
+    std::invoke_result_t<const Definition&, const Arguments&...> result{};
+    using Result = decltype(result);
+    shape<Result>::visit(result, "", [&](const recorded&, const std::string& part) { call.parts.push_back(part); });
+    const std::vector<int> nodes = Recording::current().call(std::move(call));
+    std::size_t k = 0;
+    for_components(result, [&](recorded& x) { x = recorded::of(nodes[k++]); });
+    return result;
+}
 
 }  // namespace firn::inline FIRN_BUILD::wgsl

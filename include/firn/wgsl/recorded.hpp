@@ -12,6 +12,11 @@
 #include <firn/wgsl/graph.hpp>
 #include <firn/wgsl/shape.hpp>
 
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
 namespace firn::inline FIRN_BUILD::wgsl {
 
 // Definitions (the C++ functions to record) call these functions without firn::. The using-declaration makes
@@ -39,6 +44,18 @@ public:
         return *current_;
     }
     Graph graph;  ///< the operations recorded so far
+
+    /// While this object exists, another Recording of the thread can be made: that of a function that is called.
+    class Pause {
+    public:
+        Pause() : paused_(std::exchange(current_, nullptr)) {}
+        ~Pause() { current_ = paused_; }
+        Pause(const Pause&) = delete;
+        Pause& operator=(const Pause&) = delete;
+
+    private:
+        Graph* paused_;
+    };
 
 private:
     static inline thread_local Graph* current_ = nullptr;
@@ -223,6 +240,23 @@ State record_repeat(State state, const Body& body) {
     assign(state, graph.close_loop(numbers(state), go_on));
     return state;
 }
+
+/// Returns definition(arguments…), as the result of a WGSL function of its own, which the module of the function that
+/// is being recorded has once, and which is called here. Without a module, the definition is recorded here.
+/// Argument-dependent lookup finds record_call() for arguments that consist of scalars of type `recorded`. It is
+/// defined in module.hpp.
+/// \param name        name of the WGSL function
+/// \param comment     what is written above it, as by Module::function
+/// \param names       names of its parameters
+/// \param definition  a function object whose result depends on nothing but its arguments
+/// \throws usage_error  if the module has a function of this name from a definition of another type; or if an argument
+///                      has no value
+template <class Definition, has_shape... Arguments>
+std::invoke_result_t<const Definition&, const Arguments&...> record_call(const std::string& name,
+                                                                         const std::string& comment,
+                                                                         const std::vector<std::string>& names,
+                                                                         const Definition& definition,
+                                                                         const Arguments&... arguments);
 
 }  // namespace firn::inline FIRN_BUILD::wgsl
 

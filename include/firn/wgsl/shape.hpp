@@ -24,6 +24,10 @@ namespace firn::inline FIRN_BUILD::wgsl {
 template <class T>
 struct shape;
 
+/// Whether there is a translation of T to WGSL.
+template <class T>
+concept has_shape = requires { sizeof(shape<T>); };
+
 /// Calls f(component) for every component (scalar of type `recorded`) of a value, in the order in which the function
 /// `visit` of shape\<T> visits them.
 template <class T, class F>
@@ -49,6 +53,7 @@ struct plain_shape {
 
 /// Translates a vector of N components to the WGSL type vecN\<f32>.
 template <class S, int N>
+    requires has_shape<S>
 struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// \name Interface of shape
     /// @{

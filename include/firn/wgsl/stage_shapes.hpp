@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/at_once.hpp>
+#include <firn/boundary/distance_grid.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/stage/g2p.hpp>
@@ -145,6 +146,13 @@ auto struct_of(const TimeLeft<S>*) {
     return described("TimeLeft", member{"high", &T::high}, member{"low", &T::low});
 }
 
+/// What a grid of distances has at a place.
+template <class S, int D>
+auto struct_of(const firn::detail::FoundInGrid<S, D>*) {
+    using T = firn::detail::FoundInGrid<S, D>;
+    return described("FoundInGrid", member{"distance", &T::distance}, member{"normal", &T::normal});
+}
+
 /// A step and the time that is left after it.
 template <class S>
 auto struct_of(const StepWithin<S>*) {
@@ -167,6 +175,53 @@ struct shape<T> : struct_shape<T, shape<T>> {
     static std::string name() { return detail::struct_of(static_cast<const T*>(nullptr)).name; }
     static auto members() { return detail::struct_of(static_cast<const T*>(nullptr)).members; }
     /// @}
+};
+
+/// Translates where a grid of distances lies to a WGSL struct. Its last two members count numbers of a buffer.
+template <int D>
+struct shape<firn::detail::GridInProgram<recorded, D>> {
+    using Grid = firn::detail::GridInProgram<recorded, D>;  ///< the C++ struct
+    /// \name Interface of shape
+    /// @{
+
+    /// type(), declare(), visit() and build() are described at the template shape.
+    static std::string type() { return "GridOfDistances"; }
+    template <class Add>
+    static void declare(const Add& add) {
+        const std::string vector = "vec" + std::to_string(D);
+        add(type(), "struct " + type() + " {\n    lower: " + vector + "<f32>,\n    nodes: " + vector +
+                        "<f32>,\n    spacing: f32,\n    per_spacing: f32,\n    strides: " + vector +
+                        "<u32>,\n    first: u32,\n}\n");
+    }
+    template <class F>
+    static void visit(Grid& value, const std::string& text, const F& f) {
+        const auto visit_one = [&](const auto& of) {
+            auto& one = of.of(value);
+            shape<std::remove_cvref_t<decltype(one)>>::visit(one, text + "." + of.name, f);
+        };
+        std::apply([&](const auto&... of) { (visit_one(of), ...); }, Grid::parameters());
+    }
+    template <class F>
+    static std::string build(const Grid& value, const F& f) {
+        const std::string lower = vector("f32", value.lower, f), nodes = vector("f32", value.nodes, f);
+        const std::string spacing = f(value.spacing), per_spacing = f(value.per_spacing);
+        const std::string strides = vector("u32", value.strides, f);
+        return type() + "(" + detail::joined({lower, nodes, spacing, per_spacing, strides, f(value.first)}, ", ") + ")";
+    }
+    /// @}
+
+private:
+    /// Returns the WGSL expression of a vector: a short one if its components are those of one vector.
+    template <class F>
+    static std::string vector(const char* number, const Vec<recorded, D>& value, const F& f) {
+        std::vector<std::string> parts;
+        for (int a = 0; a < D; ++a) parts.push_back(f(value[a]));
+        const std::string whole = parts[0].substr(0, parts[0].size() - 2);
+        for (int a = 0; a < D; ++a)
+            if (parts[std::size_t(a)] != whole + "." + "xyz"[a])
+                return sentence("vec", D, "<", number, ">(", detail::joined(parts, ", "), ")");
+        return whole;
+    }
 };
 
 /// The variables of a loop over a node and the shares of its demands. There is no WGSL type: no function takes one.

@@ -94,6 +94,9 @@ private:
                 return set(distances_.at(std::size_t(at(n.a))));
             case Op::loop:
                 return run(n.a);
+            case Op::call:
+            case Op::call_result:
+                throw usage_error("The interpreter knows no functions.");
             case Op::loop_value:
             case Op::loop_result:
                 return set(loop_[std::size_t(n.a)][std::size_t(n.b)]);
@@ -253,6 +256,68 @@ TEST_CASE("A grid of distances is read from a buffer with the bits that the shap
     const recorded cell = index_after(input("first"), input("i"), input("stride"));
     const int next = index_after(cell, recorded(1), recorded(1)).node;
     CHECK(count(wgsl::Body(recording.graph, {next}).statements(), " = first + u32(i) * stride + 1u;") == 1);
+}
+
+TEST_CASE("A module has the look-up in a grid of distances once, and calls it once for each place") {
+    using V = Vec<recorded, 2>;
+    using Grid = DistanceGrid<recorded, 2>;
+    using InProgram = decltype(Grid::grid);
+    wgsl::Module module;
+    module.function<InProgram, InProgram, V, recorded>(
+        "f", "a test", {"one", "other", "x", "cap"},
+        [](const InProgram& one, const InProgram& other, const V& x, const recorded& cap) {
+            const Grid first{nullptr, {}, one}, second{nullptr, {}, other};
+            const recorded d = first.signed_distance(x);
+            recorded far = cap;
+            const auto near = d < cap;
+            if (any(near)) far = select(near, first.normal(x)[1] + second.signed_distance(x * cap), cap);
+            return far + first.signed_distance(x) + Thicker<recorded, 2>{first}.signed_distance(x);
+        });
+    const std::string text = module.text();
+    CAPTURE(text);
+    CHECK(count(text, "fn found_in_grid(grid: GridOfDistances, x: vec2<f32>) -> FoundInGrid {") == 1);
+    CHECK(count(text, " = found_in_grid(") == 2);
+    CHECK(count(text, "struct GridOfDistances {") == 1);
+    CHECK(count(text, "distances[") == 4);
+    CHECK(text.find("fn found_in_grid") < text.find("fn f("));
+    CHECK(count(text,
+                "GridOfDistances(one.lower, one.nodes, one.spacing, one.per_spacing, one.strides, one.first), "
+                "vec2<f32>(x.x, x.y)") == 1);
+    // What only a branch needs is called there.
+    CHECK(text.find("found_in_grid(GridOfDistances(other.lower") > text.find("if ("));
+    CHECK(count(text, "        let t") >= 1);
+}
+
+TEST_CASE("A function that others call has one definition, is recorded by itself, and may call one") {
+    const auto square = [](const recorded& x) { return x * x; };
+    const auto fourth = [&](const recorded& x) {
+        return record_call("square", "a test", {"x"}, square, record_call("square", "a test", {"x"}, square, x));
+    };
+    wgsl::Module module;
+    module.function<recorded, recorded>("f", "a test", {"x", "y"}, [&](const recorded& x, const recorded& y) {
+        const recorded sum = record_call("fourth", "a test", {"x"}, fourth, x + y);
+        return repeat<3>(sum, [&](const recorded& z) { return record_call("square", "a test", {"x"}, square, z * y); });
+    });
+    const std::string text = module.text();
+    CAPTURE(text);
+    CHECK(count(text, "fn square(x: f32) -> f32 {\n    let t1 = x * x;\n    return t1;\n}") == 1);
+    CHECK(count(text,
+                "fn fourth(x: f32) -> f32 {\n    let t1 = square(x);\n    let t2 = square(t1);\n    return t2;") == 1);
+    CHECK(count(text, "    let t1 = fourth(x + y);\n") == 1);
+    CHECK(count(text, "        let t2 = square(loop0_0 * y);\n") == 1);
+    const auto other = [](const recorded& x) { return x; };
+    const auto add = [&](const auto& definition) {
+        module.function<recorded>("g", "a test", {"x"}, [&](const recorded& x) {
+            return record_call("square", "a test", {"x"}, definition, x);
+        });
+    };
+    CHECK_NOTHROW(add(square));
+    CHECK_THROWS_AS(add(other), usage_error);
+    CHECK_THROWS_AS(module.function<>("h", "a test", {},
+                                      [&] { return record_call("square", "a test", {"x"}, square, recorded()); }),
+                    usage_error);
+    CHECK(wgsl::Module::recording() == nullptr);
+    CHECK_NOTHROW(Recording());
 }
 
 TEST_CASE("A deformation gradient is recorded as F - I, also where a definition sets a number of F") {
