@@ -36,8 +36,8 @@
 //! - `gpu.reactions()` gives the impulses of the boundary and of loads, as `simulation.reactions` does on the CPU, from
 //!   run to run the same and within 1e-6 of the CPU's.
 //! - The device has the blocks of nodes that particles reach, as the CPU does, and finds them itself: a domain may have
-//!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
-//!   shifting. Particles that do not fit into one buffer are kept in several.
+//!   4096³ cells. It has all nodes of the domain if those are at most twice as many, and for particle shifting, which a
+//!   periodic domain cannot have there. Particles that do not fit into one buffer are kept in several.
 //! - Particles come back only where they are asked for: by `state_of`, `totals`, `simulation` or `edit`.
 //! - An error names the step, a particle and the likely cause, as on the CPU. It comes at the latest 256 steps later.
 //!

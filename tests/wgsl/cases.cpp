@@ -211,6 +211,24 @@ void write_mirrored(const std::filesystem::path& root) {
     ball.position = Vec<double, 3>::filled(0.47);
     write_case<3, Apic, MlsForce>(root, "3d_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 2.0 / 16}, "step", 3, material, 0,
                                   Together(ball, scenes::mirrored_walls<3>(2.0 / 16)));
+    // On sparse grids: beside walls that no particle reaches, but whose columns have matter, or blocks without any;
+    // with matter on both sides; and on a ring.
+    using Elastic = FixedCorotated<float>;
+    constexpr auto sparse = wgsl::GridStorage::sparse;
+    auto beside = scenes::mirrored_walls<2>();
+    beside.lower = Vec<double, 2>::filled(3.0 / 64);
+    beside.upper = Vec<double, 2>::filled(63.0 / 64);
+    write_case<2, Flip<>, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_mirrored_sparse", {0.15, 1.0 / 128, 1.0 / 64, 4.75 / 64}, "step", 4, material, 0, beside, {}, sparse);
+    write_case<2, Pic, WeightGradientForce, Elastic, CubicBSpline>(
+        root, "2d_mirrored_sparse_sorted", {0.15, 1.0 / 128, 1.0 / 64, 0.04}, "step_sorted", 4, material, 0,
+        scenes::mirrored_walls<2>(4.0 / 64), OwnVolume{}, sparse);
+    write_case<3, Fmpm, MlsForce>(root, "3d_mirrored_sparse", {0.15, 1.0 / 64, 1.0 / 32, 1.0 / 32}, "step", 3, material,
+                                  0, scenes::mirrored_walls<3>(1.0 / 32), OwnVolume{}, sparse, Fmpm{.order = 2});
+    auto across = scenes::walls_across_first_axis<2>();
+    across.nodes_behind = NodesBehind::mirrored;
+    write_case<2, Apic, MlsForce>(root, "2d_mirrored_periodic", {0.15, 1.0 / 128, 1.0 / 64, 0, true}, "step", 30,
+                                  Elastic::from_young_poisson(1e3, 0.3), 3e-3, across, OwnVolume{}, sparse);
 #if defined(FIRN_TEST_ALL)
     write_case<3, Pic, MlsForce>(root, "3d_mirrored_pic", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 1, material, 0,
                                  scenes::mirrored_walls<3>());
@@ -261,8 +279,10 @@ void write_distances(const std::filesystem::path& root) {
     ramp.angular_velocity = {1.0, -2.0, 3.0};
     write_case<3, Apic, MlsForce>(root, "3d_distances", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 1, material, 0,
                                   ramp);
-    auto other = scenes::ramp();  // which meets the first one between the blocks
-    other.position = {0.5, 0.35, 0.45};
+    auto other = ramp;  // meets the first one between the blocks
+    other.shape = {sampled_distance<3>([](const Vec<double, 3>& x) { return norm(x) - 0.2; },
+                                       {.lower = {-0.3, -0.3, -0.25}, .upper = {0.3, 0.25, 0.3}, .spacing = 0.06})};
+    other.position = {0.55, 0.5, 0.5};
     other.contact = Contact::slip;
     write_case<3, Apic, MlsForce>(root, "3d_distances_twice", {0.25, 1.0 / 32, 1.0 / 16}, "step", 1, material, 0,
                                   Together(scenes::rough_walls<3>(), ramp, other));

@@ -28,8 +28,7 @@ void check_for_gpu(Simulation& simulation, bool can_be_sparse) {
         if (std::ranges::none_of(wgsl::passes_of_programs, is_it) && std::ranges::none_of(on_cpu, is_it))
             refuse("the pass '" + pass.name + "' of this simulation");
     }
-    if (is_periodic(simulation.domain()) && !can_be_sparse)
-        refuse("mirrored walls or particle shifting in a periodic domain");
+    if (is_periodic(simulation.domain()) && !can_be_sparse) refuse("particle shifting in a periodic domain");
     bool has_loads = false;
     for (const auto& set : simulation.sets()) {
         if (set.forces) refuse("forces between particles");

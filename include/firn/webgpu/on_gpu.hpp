@@ -191,8 +191,7 @@ private:
         sets_.resize(Simulation::material_count);
         blocks_ = std::max({blocks_, simulation_.grid().block_count(), std::size_t{1}});
         is_sparse_ = can_be_sparse && (is_periodic(simulation_.domain()) ||
-                                       detail::has_many_empty_blocks(simulation_.domain(), simulation_.transfer,
-                                                                     blocks_, device_.limits()));
+                                       detail::has_many_empty_blocks(simulation_, blocks_, device_.limits()));
         const auto grid_storage = is_sparse_ ? wgsl::GridStorage::sparse : wgsl::GridStorage::dense;
         simulation_.for_materials([&](const auto& set, std::size_t k) {
             if (may_differ || sets_[k].program.options.grid != grid_storage)
@@ -570,9 +569,8 @@ private:
 /// FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks
-/// itself. It has all nodes of the domain if those are at most twice as many, and for mirrored walls and particle
-/// shifting, neither of which a periodic domain can have here. Particles that do not fit into one buffer of the device
-/// are kept in several.
+/// itself. It has all nodes of the domain if those are at most twice as many, and for particle shifting, which a
+/// periodic domain cannot have here. Particles that do not fit into one buffer of the device are kept in several.
 /// \param device  the GPU
 /// \throws usage_error      if the simulation has something that the GPU cannot do, which is named
 /// \throws parameter_error  if steps are neither fixed nor chosen in float, or if a buffer for the nodes exceeds the

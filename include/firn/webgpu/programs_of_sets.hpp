@@ -27,9 +27,24 @@ bool can_be_sparse(const Simulation& simulation) {
     bool can_be = true;
     for_materials_of(simulation, [&](const auto& material, std::size_t) {
         using Material = std::remove_cvref_t<decltype(material)>;
-        can_be = can_be && wgsl::can_be_sparse<Material, Simulation::dimension>(simulation.boundary, simulation.volume);
+        can_be = can_be && wgsl::can_be_sparse<Material, Simulation::dimension>(simulation.volume);
     });
     return can_be;
+}
+
+/// Returns whether a dense grid does not fit into a device, or has more than twice as many blocks as particles need.
+/// \param needed  number of blocks that particles need
+template <class Simulation>
+bool has_many_empty_blocks(const Simulation& simulation, std::size_t needed, const wgsl::Limits& limits) {
+    constexpr int D = Simulation::dimension;
+    using Transfer = std::remove_cvref_t<decltype(simulation.transfer)>;
+    double blocks = 1;
+    for (int a = 0; a < D; ++a) blocks *= wgsl::grid_nodes(simulation.domain().cells(a)) / std::uint32_t(block_size);
+    const int records =
+        wgsl::detail::records_of_node(blends_velocities<Transfer>, wgsl::detail::refinements_of(simulation.transfer),
+                                      wgsl::detail::has_mirrored_walls(simulation.boundary));
+    const double bytes = blocks * block_nodes<D> * records * node_width * sizeof(std::int32_t);
+    return blocks > 2.0 * double(needed) || bytes > double(limits.largest_buffer());
 }
 
 /// Returns the options of the program of set k.

@@ -34,19 +34,6 @@ BlockPartition<D> partition_as_counted(const KernelFacts& kernel, ParticleStore<
     return sort.partition(kernel.colours);
 }
 
-/// Returns whether a dense grid does not fit into a device, or has more than twice as many blocks as particles need.
-/// \param needed  number of blocks that particles need
-template <class Transfer, int D>
-bool has_many_empty_blocks(const Domain<D>& domain, const Transfer& transfer, std::size_t needed,
-                           const wgsl::Limits& limits) {
-    double blocks = 1;
-    for (int a = 0; a < D; ++a) blocks *= wgsl::grid_nodes(domain.cells(a)) / std::uint32_t(block_size);
-    const int records =
-        wgsl::detail::records_of_node(blends_velocities<Transfer>, wgsl::detail::refinements_of(transfer), false);
-    const double bytes = blocks * block_nodes<D> * records * node_width * sizeof(std::int32_t);
-    return blocks > 2.0 * double(needed) || bytes > double(limits.largest_buffer());
-}
-
 /// Particles of a set that fit into one buffer of the device.
 struct Chunk {
     std::unique_ptr<Host> host{};

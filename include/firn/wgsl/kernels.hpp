@@ -409,8 +409,8 @@ fn grid_update(${INVOCATION}) {
 }
 )";
 
-/// WGSL text of helper functions for mirrored walls. A column consists of three nodes of a line of nodes along an axis.
-inline constexpr const char* mirror_helpers = R"(
+/// WGSL text of the lines of nodes of a dense grid, for mirrored walls.
+inline constexpr const char* dense_lines = R"(
 /// The nodes along one axis: node k of the line is nodes[first + stride * k].
 struct Line {
     first: u32,
@@ -421,13 +421,24 @@ struct Line {
 fn line_of_nodes(i: u32, stride: u32, count: u32) -> Line {
     return Line(i / stride * stride * count + i % stride, stride, i32(count));
 }
+/// Index of node k of a line, or no_node.
+fn node_of_line(line: Line, k: i32) -> u32 {
+    if (k < 0 || k >= line.count) { return no_node; }
+    return line.first + line.stride * u32(k);
+}
+)";
+
+/// WGSL text of helper functions for mirrored walls. A column consists of three nodes of a line of nodes along an axis.
+inline constexpr const char* mirror_helpers = R"(
+const no_node: u32 = 0xffffffffu;
 fn load_node(line: Line, k: i32) -> vec4<f32> {
-    if (k < 0 || k >= line.count) { return vec4<f32>(0.0f); }
-    return bitcast<vec4<f32>>(nodes[line.first + line.stride * u32(k)]);
+    let i = node_of_line(line, k);
+    if (i == no_node) { return vec4<f32>(0.0f); }
+    return bitcast<vec4<f32>>(nodes[i]);
 }
 fn store_node(line: Line, k: i32, v: ${VEC}, mass: f32) {
-    if (k < 0 || k >= line.count) { return; }
-    nodes[line.first + line.stride * u32(k)] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
+    let i = node_of_line(line, k);
+    if (i != no_node) { nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass)); }
 }
 /// The nodes behind node `on`, at it and in front of it.
 fn load_column(line: Line, on: i32, inward: i32) -> NodeColumn {
@@ -457,13 +468,14 @@ fn node_of_wall(position: f32, lower: f32) -> i32 {
 )";
 
 /// WGSL text of the entry point ${NAME}, in which all mirrored walls of one part of the boundary across one axis act on
-/// the nodes beside them. If ${IDLE} is true, it does nothing. An invocation does one line of nodes across these walls.
+/// the nodes beside them. If ${IDLE} is true, it does nothing. In a dense grid, an invocation does one line of nodes
+/// across these walls.
 inline constexpr const char* mirror = R"(
 @compute @workgroup_size(${GROUP})
 fn ${NAME}(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= ${LINES} || ${IDLE}) { return; }
-    let line = line_of_nodes(i, ${STRIDE}, ${COUNT});
+    ${LINE}
     let lower = coordinates[${FIRST_COORDINATE}];
     ${WALLS}
 }

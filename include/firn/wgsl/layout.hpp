@@ -450,8 +450,10 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const std::string& name, const std::string& per, int size, Bindings bindings) {
         bindings.emplace_back(params, false);
+        const bool acts_across =
+            name.starts_with("mirror_") || name.starts_with("term_mirror_") || name.starts_with("fold_rates_");
         const bool finds_nodes = (per == "particle" && name != "initialise" && name != "sort" && name != "push") ||
-                                 per == "block_workgroup" || name == "grid_update";
+                                 per == "block_workgroup" || name == "grid_update" || acts_across;
         if (facts.sparse && (finds_nodes || per == "block")) bindings.emplace_back(block_table, true);
         const bool finds_solids = name == "grid_update" || name == "find_excess" || name == "shift_particles";
         if (program.distances.size() > 0 && finds_solids) bindings.emplace_back(distances, false);
@@ -466,6 +468,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         some.insert(some.end(), more.begin(), more.end());
         return some;
     };
+    const auto per_line = [&](std::size_t wall) {
+        return facts.sparse ? "node" : std::string(1, "xyz"[program.mirrors[wall].plane.axis]) + "_line";
+    };
     const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
     const int size = facts.options.workgroup_size;
     Bindings first{{motion, true},     {stress, true}, {state, true},
@@ -477,7 +482,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     if (facts.sparse) {
         add("clear_table", "block", size, {{status, true}});
         add("find_blocks", "particle", size, {{motion, true}, {status, true}});
-        add("activate_blocks", "block", size, {{status, true}});
+        add("activate_blocks", "block", size,
+            facts.mirrors ? Bindings{{status, true}, {coordinates, false}} : Bindings{{status, true}});
         add("link_blocks", "block", size, {{status, true}});
     }
     add("begin_step", "one_workgroup", 1, {{status, true}});
@@ -512,10 +518,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     }
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
     for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
-        const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
         const Bindings line{{nodes, true}, {coordinates, false}, {status, true}};
-        add(mirror_pass(k), axis + "_line", size, line);
-        if (facts.refinements > 0) add(term_mirror_pass(k), axis + "_line", size, line);
+        add(mirror_pass(k), per_line(wall), size, line);
+        if (facts.refinements > 0) add(term_mirror_pass(k), per_line(wall), size, line);
     });
     if (sums_rates) {
         const Bindings particle_sums{
@@ -527,8 +532,7 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         add("scatter_rates", "particle", size, particle_sums);
         if (!program.mirrors.empty()) add("convert_rates", "node", size, sums);
         for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
-            const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
-            add(fold_pass(k), axis + "_line", size, with(sums, {{coordinates, false}}));
+            add(fold_pass(k), per_line(wall), size, with(sums, {{coordinates, false}}));
         });
         if (facts.averages_volume) {
             Bindings measured{{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}};

@@ -175,11 +175,10 @@ bool shifts(const Volume& volume) {
 
 }  // namespace detail
 
-/// Returns whether a program of these policies can have a sparse grid: not with mirrored walls, nor if it shifts
-/// particles.
-template <class Material, int D, class Boundary, class Volume>
-bool can_be_sparse(const Boundary& boundary, const Volume& volume) {
-    return !detail::shifts<Material, D>(volume) && !detail::has_mirrored_walls(boundary);
+/// Returns whether a program of these policies can have a sparse grid: not if it shifts particles.
+template <class Material, int D, class Volume>
+bool can_be_sparse(const Volume& volume) {
+    return !detail::shifts<Material, D>(volume);
 }
 
 /// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
@@ -215,8 +214,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     }
     const bool shifts = detail::shifts<Material, D>(volume);
     const bool sparse = options.grid == GridStorage::sparse;
-    if (sparse && !can_be_sparse<Material, D>(boundary, volume))
-        throw usage_error("In WGSL, mirrored walls and particle shifting need a dense grid.");
+    if (sparse && !can_be_sparse<Material, D>(volume))
+        throw usage_error("In WGSL, particle shifting needs a dense grid.");
     if (shifts && options.several_sets)
         throw usage_error("In WGSL, particle shifting is for one material: set VolumeFilter::shifting to 0.");
     if (options.periodic && !sparse) throw usage_error("In WGSL, periodic axes need a sparse grid.");

@@ -77,8 +77,8 @@ fn add_reaction(part: u32, mass: f32, change: ${VEC}, arm: ${VEC}) {
 /// column. The masses of nodes before walls act are in the buffer "counts" [quanta].
 inline constexpr const char* add_reactions_of_wall = R"(
 fn add_reaction_at(part: u32, line: Line, k: i32, change: ${VEC}, about: ${VEC}) {
-    if (k < 0 || k >= line.count) { return; }
-    let i = line.first + line.stride * u32(k);
+    let i = node_of_line(line, k);
+    if (i == no_node) { return; }
     let at = node_at(i);
     add_reaction(part, f32(atomicLoad(&counts[i])), change, ${VEC}(${COORDINATES}) - about);
 }

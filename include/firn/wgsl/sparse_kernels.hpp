@@ -74,6 +74,51 @@ fn node_at(i: u32) -> ${UVEC} {
 }
 )";
 
+/// WGSL text in which activate_blocks enters the blocks that the particles with a first node in `block` reach.
+inline constexpr const char* enter_reached = R"(for (var k = 1u; k < ${AROUND}u; k++) {
+        let further = ${FURTHER_BLOCK};
+        if (all(further < ${IVEC}(params.nodes / 4u))) { enter(further, found, 25u); }
+    })";
+
+/// The same beside mirrored walls: also the blocks of nodes behind them, of which no particle may reach any.
+inline constexpr const char* enter_reached_and_mirrored =
+    R"(let low = select(${IVEC}(0), ${IVEC}(-1), ${IS_BELOW});
+    let high = ${HIGH};
+    ${LOOPS}
+        let k = ${IVEC}(${COUNTERS});
+        let further = ${BLOCK_AT_K}; // among them blocks of first nodes, which are there already
+        if (any(k != ${IVEC}(0)) && all(further >= ${IVEC}(0)) && all(further < ${IVEC}(params.nodes / 4u))) {
+            enter(further, found, 25u);
+        }
+    ${END})";
+
+/// WGSL text of functions for mirrored walls in a sparse grid. In a pass of the walls across an axis, an invocation is
+/// a node, and does the columns that it leads. \see mirror
+inline constexpr const char* sparse_lines = R"(
+/// The nodes along one axis: node k has the index along * k + across along the axes; `first` is added to its place.
+struct Line {
+    first: u32,
+    along: ${IVEC},
+    across: ${IVEC},
+}
+/// Index of node k of a line, or no_node: of a node outside, or in a block that is not stored.
+fn node_of_line(line: Line, k: i32) -> u32 {
+    let at = ${IN_DOMAIN};
+    if (any(at < ${IVEC}(0)) || any(at >= ${IVEC}(params.nodes))) { return no_node; }
+    let block = at >> ${UVEC}(2u);
+    let place = place_of(block);
+    if (block_words[8u * params.blocks + place] != number_of(block)) { return no_node; }
+    let in_block = at & ${IVEC}(3);
+    return line.first + ${BLOCK_NODES}u * place + u32(${IN_BLOCK});
+}
+/// Whether the k-th block along an axis has nodes beside node `on`.
+fn is_beside(k: i32, on: i32) -> bool { return k >= ((on - 1) >> 2u) && k <= ((on + 1) >> 2u); }
+/// Along each axis, whether a block has nodes beside a mirrored wall across this axis.
+fn are_beside_walls(block: ${IVEC}) -> vec${D}<bool> {
+    return vec${D}<bool>(${BESIDE_WALLS});
+}
+)";
+
 /// WGSL text of the entry points that find the blocks of a sparse grid: clear_table, find_blocks, activate_blocks and
 /// link_blocks. They run before begin_step, so that nothing has changed if there are more blocks than memory. Status
 /// words: 24 the number of blocks that contain a particle's first node, 25 the number of further blocks.
@@ -138,10 +183,7 @@ fn activate_blocks(${INVOCATION}) {
     let found = atomicLoad(&status[24]);
     if (i >= min(found, params.blocks) || step_is_idle()) { return; }
     let block = block_at(atomicLoad(&block_table[8u * params.blocks + i]));
-    for (var k = 1u; k < ${AROUND}u; k++) {
-        let further = ${FURTHER_BLOCK};
-        if (all(further < ${IVEC}(params.nodes / 4u))) { enter(further, found, 25u); }
-    }
+    ${ENTER_FURTHER}
 }
 
 @compute @workgroup_size(${GROUP})

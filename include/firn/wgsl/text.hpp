@@ -9,6 +9,7 @@
 #include <firn/wgsl/reaction_kernels.hpp>
 #include <firn/wgsl/refine_kernels.hpp>
 #include <firn/wgsl/sparse_kernels.hpp>
+#include <firn/wgsl/text_parts.hpp>
 #include <firn/wgsl/volume_kernels.hpp>
 
 #include <functional>
@@ -17,34 +18,11 @@ namespace firn::inline FIRN_BUILD::wgsl {
 
 namespace detail {
 
-/// A list of replacements: pairs of a NAME and the text that replaces ${NAME}.
-using Names = std::vector<std::pair<std::string, std::string>>;
-
-/// Returns a copy of `text` in which every ${NAME} is replaced by the text that `names` has for NAME. The replacements
-/// are not searched for further ${…}.
-/// \throws usage_error  if `names` has no text for a NAME, or if the closing brace of a ${NAME} is missing
-inline std::string replaced(std::string_view text, const Names& names) {
-    std::string out;
-    for (std::size_t at = 0, next; at < text.size(); at = next) {
-        const std::size_t begin = std::min(text.find("${", at), text.size());
-        out += text.substr(at, begin - at);
-        if ((next = begin) == text.size()) break;
-        const std::size_t end = std::min(text.find('}', begin), text.size());
-        const std::string_view name = text.substr(begin + 2, end - begin - 2);
-        const auto found = std::find_if(names.begin(), names.end(), [&](const auto& one) { return one.first == name; });
-        if (end == text.size() || found == names.end())
-            throw usage_error(sentence("A program's text contains ${", name, "}, for which there is no replacement."));
-        out += found->second;
-        next = end + 1;
-    }
-    return out;
-}
-
 /// Completes the texts in kernels.hpp for one program: replaces every ${NAME} by WGSL text that depends on the
 /// dimension and the policies.
-class KernelText {
+class KernelText : TextParts {
 public:
-    explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
+    using TextParts::TextParts;
 
     std::string helpers() const {
         const bool gradients = facts_.sum_gradients || facts_.shifts_particles;
@@ -60,8 +38,8 @@ public:
                     : "");
     }
     std::string entry_points(const Program& program) const {
-        return (facts_.sparse ? filled(text::find_blocks) : "") + filled(text::time_step) + filled(text::acceleration) +
-               filled(text::clear) + filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
+        return find_blocks(program) + filled(text::time_step) + filled(text::acceleration) + filled(text::clear) +
+               filled(text::sort, {{"NAME", "sort"}, {"WORD", "1"}}) +
                (facts_.options.loads > 0
                     ? filled(text::push, {{"LOADS", statements_of_loads(facts_.options.loads, facts_.loads_react())}})
                     : "") +
@@ -83,74 +61,50 @@ public:
 private:
     using OfAxis = std::function<std::string(int)>;
 
-    bool is_exact() const { return facts_.options.arithmetic == Arithmetic::exact; }
-    /// Returns the WGSL expression of the k-th of the blocks that start 0 or 1 blocks further along each axis.
-    std::string further_block() const {
-        const std::string further =
-            "block + " + vec("i32") + "(" + entry_at("k", vec("u32"), [](int) { return std::string("2u"); }) + ")";
-        return facts_.options.periodic ? "into_domain(4 * (" + further + ") - 4) / 4 + 1" : further;
+    /// Returns the WGSL text of the entry points that find the blocks of a sparse grid; no text for a dense grid.
+    std::string find_blocks(const Program& program) const {
+        if (!facts_.sparse) return "";
+        if (program.mirrors.empty()) return filled(text::find_blocks, {{"ENTER_FURTHER", filled(text::enter_reached)}});
+        // How many blocks further the mirror image of a node can be that a particle with a first node in a block
+        // reaches.
+        const int farthest = (block_size + facts_.support) / block_size;
+        const auto beside = [&](const std::string& block) {  // of a wall at the end of a periodic axis, either may be
+            const std::string is = "are_beside_walls(" + block + ")";
+            return facts_.options.periodic ? is + " | are_beside_walls(" + stored_block(block) + ")" : is;
+        };
+        const std::string one = vec("i32") + "(1)", all = vec("i32") + "(" + std::to_string(farthest) + ")",
+                          below = beside("block - " + one), above = beside("block + " + all);
+        const auto along = [](int a) {
+            const std::string k = counter(a);
+            return "for (var " + k + " = low." + axis(a) + "; " + k + " <= high." + axis(a) + "; " + k + "++) {";
+        };
+        const Names names{{"IS_BELOW", below},
+                          {"HIGH", farthest == 1 ? one : "select(" + one + ", " + all + ", " + above + ")"},
+                          {"LOOPS", listed(D_, along, " ")},
+                          {"COUNTERS", listed(D_, counter)},
+                          {"BLOCK_AT_K", stored_block("block + k")},
+                          {"END", std::string(std::size_t(D_), '}')}};
+        return filled(text::find_blocks, {{"ENTER_FURTHER", filled(text::enter_reached_and_mirrored, names)}});
     }
-    std::string node_in_grid() const { return "node_index(" + node_from("first") + ")"; }
-    static std::string axis(int a) { return std::string(1, "xyz"[a]); }
-    // Returns the name of the counter of a loop along axis a. For the last axis, P2G and G2P use the name k instead.
-    static std::string counter(int a) { return std::string(1, "abc"[a]); }
-    std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
-    static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
-    static std::string from_zero(const std::string& name, int count) {
-        return "for (var " + name + " = 0; " + name + " < " + std::to_string(count) + "; " + name + "++) {";
+    /// Returns the WGSL expressions that tell, for each axis, whether a block has nodes beside a mirrored wall across
+    /// it.
+    std::string beside_walls(const Program& program) const {
+        std::vector<std::string> all(std::size_t(D_), "false");
+        for (std::size_t n = 0; n < program.mirrors.size(); ++n) {
+            const int across = program.mirrors[n].plane.axis;
+            const std::string is = "is_beside(block." + axis(across) + ", node_of_wall(position_of_wall_" +
+                                   std::to_string(n) + "(), coordinates[" + first_coordinate(across) + "]))";
+            std::string& so_far = all[std::size_t(across)];
+            so_far = so_far == "false" ? is : so_far + " | " + is;
+        }
+        return joined(all, ", ");
     }
-
-    // flat() and entry_at() are for a D-dimensional array with n(a) entries along axis a, in which the index along the
-    // last axis varies fastest. flat() returns the WGSL expression of the index of the entry with coordinates `at`.
-    // entry_at() returns the WGSL expression of the coordinates of the entry with index i.
-    template <class Along>
-    std::string flat(const std::string& at, const Along& n) const {
-        std::string text = at + ".x";
-        for (int a = 1; a < D_; ++a)
-            text = (a > 1 ? "(" + text + ")" : text) + " * " + n(a) + " + " + at + "." + axis(a);
-        return text;
+    /// Returns the WGSL expression of the place in the buffer "coordinates" of the domain's lower end along an axis.
+    static std::string first_coordinate(int of) {
+        std::string place;
+        for (int a = 0; a < of; ++a) place += nodes_along(a) + " + ";
+        return place + "4u";
     }
-    template <class Along>
-    std::string entry_at(const std::string& i, const std::string& type, const Along& n) const {
-        if (D_ == 2) return type + "(" + i + " / " + n(1) + ", " + i + " % " + n(1) + ")";
-        return type + "(" + i + " / (" + n(1) + " * " + n(2) + "), " + i + " / " + n(2) + " % " + n(1) + ", " + i +
-               " % " + n(2) + ")";
-    }
-    static std::string nodes_along(int a) { return "params.nodes." + axis(a); }
-    static std::string signed_nodes_along(int a) { return "i32(" + nodes_along(a) + ")"; }
-    static std::string blocks_along(int a) { return "i32(" + nodes_along(a) + " / 4u)"; }
-    int arena_size() const { return block_size + facts_.support - 1; }
-    std::string arena_along(int) const { return std::to_string(arena_size()); }
-    int power(int x) const { return D_ == 2 ? x * x : x * x * x; }
-
-    /// Returns the WGSL expression of the coordinates of a node in the loops over nodes: the variable named `first`
-    /// plus the counters of the loops.
-    std::string node_from(const char* first) const {
-        return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
-    }
-    /// Returns the WGSL expression of a vector with one component for each axis except the last: a vec2 of f(0) and
-    /// f(1) in 3D, the scalar f(0) in 2D.
-    template <class F>
-    std::string leading(const F& f) const {
-        return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
-    }
-    static std::string of_axis(const char* table, int a) {
-        return table + ("[" + std::to_string(a) + "][" + counter(a) + "]");
-    }
-    /// Returns the WGSL expression of the product of the weights along all axes except the last. The factors have the
-    /// same order as on the CPU.
-    std::string weight() const { return product(of_axis("w", 0), D_ == 3 ? of_axis("w", 1) : ""); }
-    /// Returns the WGSL expression of the product of two scalars; of the first one if the second is empty.
-    std::string product(const std::string& a, const std::string& b) const {
-        if (b.empty()) return a;
-        return is_exact() ? "product(" + a + ", " + b + ")" : a + " * " + b;
-    }
-    /// Returns the WGSL expression of the product of the weights along all axes except the last, but with the gradient
-    /// along axis a in place of the weight along axis a.
-    std::string weight_with_gradient(int a) const {
-        return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
-    }
-
     /// Returns the WGSL text of the sums of impulses; no text if there are none.
     std::string reactions() const {
         const int loads = facts_.options.loads;
@@ -280,7 +234,16 @@ private:
 
     /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
     std::string mirrors(const Program& program) const {
-        std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
+        std::string text;
+        if (!program.mirrors.empty()) {
+            const std::string at = "line.along * k + line.across";
+            text = (facts_.sparse
+                        ? filled(text::sparse_lines,
+                                 {{"IN_DOMAIN", facts_.options.periodic ? "into_domain(" + at + " - 4) + 4" : at},
+                                  {"BESIDE_WALLS", beside_walls(program)}})
+                        : filled(text::dense_lines)) +
+                   filled(text::mirror_helpers);
+        }
         if (facts_.mirrors && facts_.reacting_parts > 0) text += filled(text::add_reactions_of_wall);
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
             const auto act_on = [](const std::string& line, const std::string& place, const std::string& n) {
@@ -289,19 +252,24 @@ private:
                        ")) { store_column" + at + ", mirrored_" + n + "(column_" + n + ")); }";
             };
             const auto act = [&](const std::string& n, const std::string& place) {
-                const std::string before = "Line(before_forces(line.first), line.stride, line.count)";
+                const std::string before = line_from("before_forces");
                 return (facts_.reacting_parts > 0 ? act_and_react(program, place, n) : act_on("line", place, n)) +
                        (facts_.blends ? indented(1) + act_on(before, place, "before_" + n) : "");
             };
             text += filled(text::mirror, mirror_names(program, mirror_pass(k), "stopped()", first, last, act));
             if (facts_.refinements == 0) return;
             const auto act_in_term = [&](const std::string& n, const std::string& place) {
-                return act_on("Line(back_at(line.first), line.stride, line.count)", place, "before_" + n);
+                return act_on(line_from("back_at"), place, "before_" + n);
             };
             text +=
                 filled(text::mirror, mirror_names(program, term_mirror_pass(k), "stopped()", first, last, act_in_term));
         });
         return text;
+    }
+    /// Returns the WGSL expression of a line of other numbers of the same nodes: function(i) tells where those are.
+    std::string line_from(const std::string& function) const {
+        return "Line(" + function + "(line.first), " +
+               (facts_.sparse ? "line.along, line.across)" : "line.stride, line.count)");
     }
     /// Returns the WGSL statements in which mirrored wall n acts on a column, and its impulses are added.
     static std::string act_and_react(const Program& program, const std::string& place, const std::string& n) {
@@ -323,11 +291,10 @@ private:
             for (const int a : axes) factors.push_back(nodes_along(a));
             return factors.empty() ? "1u" : joined(factors, " * ");
         };
-        std::vector<int> others, later, earlier;
+        std::vector<int> others, later;
         for (int a = 0; a < D_; ++a) {
             if (a != across) others.push_back(a);
             if (a > across) later.push_back(a);
-            if (a < across) earlier.push_back(a);
         }
         std::string walls, wrong;
         for (std::size_t i = first; i < last; ++i) {
@@ -340,16 +307,21 @@ private:
         walls += "if (" + wrong + ") { fail(" + std::to_string(mirror_error) + "u, 0xffffffffu); return; }";
         for (std::size_t i = first; i < last; ++i) {
             const std::string n = std::to_string(i);
-            walls += indented(1) + act(n, "wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward));
+            const std::string place = "wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward);
+            const std::string is_on = "if (at." + axis(across) + " == wall_" + n + ") { ";
+            walls += indented(1) + (facts_.sparse ? is_on + act(n, place) + " }" : act(n, place));
         }
-        std::string coordinate;
-        for (const int a : earlier) coordinate += nodes_along(a) + " + ";
+        const auto unit = [&](int a) { return std::string(a == across ? "1" : "0"); };
+        const std::string line =
+            facts_.sparse
+                ? "let at = " + vec("i32") + "(node_at(i));" + indented(1) + "let along = " + vec("i32") + "(" +
+                      listed(D_, unit) + ");" + indented(1) + "let line = Line(0u, along, at * (1 - along));"
+                : "let line = line_of_nodes(i, " + nodes_along_all(later) + ", " + nodes_along(across) + ");";
         return {{"NAME", name},
                 {"IDLE", idle},
-                {"LINES", nodes_along_all(others)},
-                {"STRIDE", nodes_along_all(later)},
-                {"COUNT", nodes_along(across)},
-                {"FIRST_COORDINATE", coordinate + "4u"},
+                {"LINES", facts_.sparse ? "node_count()" : nodes_along_all(others)},
+                {"LINE", line},
+                {"FIRST_COORDINATE", first_coordinate(across)},
                 {"WALLS", walls}};
     }
 
@@ -589,9 +561,6 @@ private:
         names.insert(names.end(), all.begin(), all.end());
         return replaced(text, names);
     }
-
-    Facts facts_;
-    int D_;
 };
 
 }  // namespace detail

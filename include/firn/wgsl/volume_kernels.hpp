@@ -72,11 +72,9 @@ fn convert_rates(${INVOCATION}) {
 }
 /// The sums of the node behind node `on` and of the node in front of it: both get the sum of the two.
 fn fold_rates(line: Line, on: i32, inward: i32) {
-    let behind = on - inward;
-    let front = on + inward;
-    if (min(behind, front) < 0 || max(behind, front) >= line.count) { return; }
-    let b = line.first + line.stride * u32(behind);
-    let f = line.first + line.stride * u32(front);
+    let b = node_of_line(line, on - inward);
+    let f = node_of_line(line, on + inward);
+    if (b == no_node || f == no_node) { return; }
     let sums = load_sums(f) + load_sums(b);
     store_sums(b, sums);
     store_sums(f, sums);

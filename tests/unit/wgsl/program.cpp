@@ -282,6 +282,50 @@ TEST_CASE("Mirrored walls act in a pass for each axis and part, after the grid u
     CHECK(wgsl::manifest(p).find(wgsl::error_sentences[wgsl::detail::mirror_error - 1]) != std::string::npos);
 }
 
+TEST_CASE("On a sparse grid, mirrored walls act by node, and the blocks of mirror images are entered") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0.1});
+    walls.at_lower[1].contact = walls.at_upper[1].contact = walls.at_upper[2].contact = Contact::none;
+    walls.nodes_behind = NodesBehind::mirrored;
+    const auto make = [&]<class Kernel>(const Kernel&, wgsl::GridStorage grid, bool periodic = false) {
+        return wgsl::make_program<Kernel, Fmpm, MlsForce, 3>(
+            FixedCorotated<float>{}, walls, Gravity<float, 3>{}, FBar{},
+            {.grid = grid, .periodic = periodic, .reactions = true}, Fmpm{.order = 2});
+    };
+    constexpr auto sparse = wgsl::GridStorage::sparse;
+    const wgsl::Program dense = make(QuadraticBSpline{}, wgsl::GridStorage::dense),
+                        p = make(QuadraticBSpline{}, sparse);
+    CHECK(wgsl::step_order_of(dense) == [&] {
+        auto order = wgsl::step_order_of(p);
+        order.erase(order.begin(), std::find(order.begin(), order.end(), "begin_step"));
+        return order;
+    }());
+    const int table = p.buffer("block_table").binding;
+    for (const char* name :
+         {"mirror_0", "mirror_1", "term_mirror_0", "term_mirror_1", "fold_rates_0", "fold_rates_1"}) {
+        const wgsl::EntryPoint& e = p.entry_point(name);
+        CHECK(e.per == "node");
+        CHECK(dense.entry_point(name).per == (std::string(name).ends_with('0') ? "x_line" : "z_line"));
+        CHECK(std::ranges::any_of(e.bindings, [&](const auto& b) { return b.first == table; }));
+    }
+    for (const wgsl::EntryPoint& e : p.entry_points) CHECK(e.bindings.size() - 1 <= 8);
+    const auto has = [](const wgsl::Program& of, const std::string& part) {
+        return of.code.find(part) != std::string::npos;
+    };
+    CHECK(has(p, "if (at.z == wall_2) {"));
+    CHECK(has(p,
+              "return vec3<bool>(is_beside(block.x, node_of_wall(position_of_wall_0(), coordinates[4u])) | "
+              "is_beside(block.x, node_of_wall(position_of_wall_1(), coordinates[4u])), false, is_beside(block.z, "
+              "node_of_wall(position_of_wall_2(), coordinates[params.nodes.x + params.nodes.y + 4u])));"));
+    // Of a kernel with wider support, images may be two blocks further.
+    CHECK(has(p, "let high = vec3<i32>(1);"));
+    CHECK(has(make(CubicBSpline{}, sparse),
+              "let high = select(vec3<i32>(1), vec3<i32>(2), are_beside_walls(block + vec3<i32>(2)));"));
+    CHECK(has(make(QuadraticBSpline{}, sparse, true), "let further = into_domain(4 * (block + k) - 4) / 4 + 1;"));
+    CHECK(!has(dense, "== wall_2"));
+    walls.nodes_behind = NodesBehind::held;
+    CHECK(!has(make(QuadraticBSpline{}, sparse), "are_beside_walls"));
+}
+
 TEST_CASE("Mirrored walls that lie on no plane of nodes, or too near to each other, are refused with the inputs") {
     Domain<2> domain;
     domain.cell_size = 1.0 / 32;
