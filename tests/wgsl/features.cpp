@@ -4,6 +4,8 @@
 ///     firn_webgpu_features [NAME…]
 ///
 /// With names, only these features, as "FLIP" or "mirrored walls"; the programs of all take half an hour to compile.
+#include <firn/field/attraction.hpp>
+#include <firn/field/damped.hpp>
 #include <firn/kernel/compact_quartic.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
@@ -77,21 +79,30 @@ struct Corner {
     }
     bool wants(const std::string& feature) const { return chosen.empty() || chosen.contains(feature); }
 
-    /// Compares the impulses of the boundary in the last step, of which there are some.
-    static void check_same_impulses(const std::string& name, const auto& expected, const auto& got) {
+    /// Compares impulses in the last step, of which there are some.
+    static void check_same_impulses(const std::string& what, const std::vector<Reaction<D>>& expected,
+                                    const std::vector<Reaction<D>>& got) {
         double largest = 0, worst = 0;
         for (std::size_t k = 0; k < expected.size(); ++k) {
             largest = std::max(largest, norm(expected[k].impulse));
             worst = std::max(worst, norm(got.at(k).impulse - expected[k].impulse));
         }
-        check(largest > 0 && worst <= 1e-6 * largest, name + "reactions", sentence(worst, " of ", largest));
+        check(largest > 0 && worst <= 1e-6 * largest, what, sentence(worst, " of ", largest));
+    }
+    static void check_same_reactions(const std::string& name, const Reactions<D>& expected, const Reactions<D>& got) {
+        check_same_impulses(name + "reactions", expected.parts, got.parts);
+        const auto of_loads = [](const Reactions<D>& all) {
+            std::vector<Reaction<D>> loads;
+            for (const auto& load : all.loads) loads.push_back(load.reaction);
+            return loads;
+        };
+        if (!expected.loads.empty())
+            check_same_impulses(name + "reactions of loads", of_loads(expected), of_loads(got));
     }
 
-    /// Compares one step of a feature, after some on the CPU. `change` gives the simulation what is no policy.
+    /// Matter that has taken some steps. `change` gives the simulation what is no policy.
     template <class Material, class Change, class... Policies>
-    void has_same_bits(const std::string& feature, const Material& material, const Change& change,
-                       const Policies&... policies) const {
-        if (!wants(feature)) return;
+    auto moving(const Material& material, const Change& change, const Policies&... policies) const {
         auto simulation = made<D>(material, cell_size(), 0, policies...);
         simulation.execution.float_steps = true;
         if constexpr (decltype(simulation)::material_count == 1) {
@@ -101,16 +112,23 @@ struct Corner {
         change(simulation);
         if (!is_bounded) simulation.fixed_time_step = 0.2 * simulation.stable_time_step();
         for (int k = 0; k < 8; ++k) simulation.step();
-        one_step(feature, std::move(simulation));
+        return simulation;
     }
-    template <class Simulation>
-    void one_step(const std::string& feature, Simulation cpu) const {
+    /// Compares one step of it.
+    template <class Material, class Change, class... Policies>
+    void has_same_bits(const std::string& feature, const Material& material, const Change& change,
+                       const Policies&... policies) const {
+        if (wants(feature)) one_step(feature, moving(material, change, policies...));
+    }
+    /// Compares one step of a feature. \param acceleration  in place of gravity, if it is given
+    template <class Simulation, class... Acceleration>
+    void one_step(const std::string& feature, Simulation cpu, const Acceleration&... acceleration) const {
         auto gpu = webgpu::on_gpu(cpu, device);
-        for (int k = 0; k < (is_bounded ? 3 : 1); ++k) cpu.step(), gpu.step();
+        for (int k = 0; k < (is_bounded ? 3 : 1); ++k) cpu.step(acceleration...), gpu.step(acceleration...);
         const std::string name = sentence(D, "D, ", particles, ", ", feature, ": ");
         if constexpr (Simulation::material_count == 1) {
             check_same_run(name, cpu, gpu);
-            if (cpu.reactions) check_same_impulses(name, cpu.reactions->parts, gpu.reactions().parts);
+            if (cpu.reactions) check_same_reactions(name, *cpu.reactions, gpu.reactions());
         } else {
             check_same_state(name, firn::state_of(cpu.template set<0>()), firn::state_of(gpu.edit().template set<0>()));
             check_same_state(name, firn::state_of(cpu.template set<1>()), firn::state_of(gpu.edit().template set<1>()));
@@ -221,6 +239,19 @@ void events(const Corner<D>& corner) {
         walls);
     corner.has_same_bits(
         "reactions", jelly, [](auto& simulation) { simulation.reactions.emplace(); }, Together(walls, corner.ball()));
+    corner.has_same_bits(
+        "loads and their reactions", jelly,
+        [&](auto& simulation) {
+            simulation.reactions.emplace();
+            simulation.add_load(simulation.bodies()[0],
+                                UniformForce<D>([](double) { return Vec<double, D>::filled(1e-2); }));
+        },
+        walls);
+    if (corner.wants("attraction"))
+        corner.one_step("attraction", corner.moving(jelly, unchanged, walls),
+                        Attraction<float, D>{.centre = Vec<double, D>::filled(0.4), .radius = 0.5F, .strength = 30});
+    if (corner.wants("damping"))
+        corner.one_step("damping", corner.moving(jelly, unchanged, walls), Damped<float, D>{.rate = 40});
     Corner<D> bounded = corner;
     bounded.is_bounded = true;
     bounded.has_same_bits("steps at their bound", jelly, unchanged, walls);
