@@ -6,6 +6,10 @@
 #include <firn/webgpu/pass_times.hpp>
 
 #include "on_gpu_checks.hpp"
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
 
 namespace {
 
@@ -595,6 +599,47 @@ std::string said(const F& f) {
     return "nothing";
 }
 
+/// While it exists, the process can have only so many bytes more than now; the driver of a software GPU, too.
+class MemoryLimit {
+public:
+    explicit MemoryLimit(std::size_t more) {
+        std::size_t pages = 0;
+        std::ifstream("/proc/self/statm") >> pages;
+        getrlimit(RLIMIT_AS, &before_);
+        const rlimit now{pages * std::size_t(sysconf(_SC_PAGESIZE)) + more, before_.rlim_max};
+        setrlimit(RLIMIT_AS, &now);
+    }
+    ~MemoryLimit() { setrlimit(RLIMIT_AS, &before_); }
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+private:
+    rlimit before_{};
+};
+
+/// A grid for which the device has no memory: nothing is lost, and a smaller one goes on.
+void out_of_memory() {
+    const auto water = [](double cell_size) {  // shifting needs all nodes of the domain
+        auto simulation =
+            made<2>(Fluid<float>{}, cell_size, 0.01 * cell_size, VolumeFilter{.every = 1, .shifting = 20});
+        simulation.add(
+            sample_box<2>({0.2, 0.2}, Vec<double, 2>::filled(0.2 + 10 * cell_size), {.spacing = 0.5 * cell_size}), 1000,
+            {1, 0});
+        return simulation;
+    };
+    auto cpu = water(1.0 / 30);
+    auto gpu = webgpu::on_gpu(cpu);
+    {
+        gpu.edit() = water(1.0 / 3000);  // 144 MB of nodes
+        const MemoryLimit limit(std::size_t{96} << 20);
+        check_throws<device_error>("out of memory", {"cannot allocate", "bytes"}, [&] { gpu.step(); });
+    }
+    check(gpu.edit().particles().size() == 400 && gpu.steps() == 0, "particles are kept, out of memory");
+    gpu.edit() = cpu;
+    cpu.step(), gpu.step();
+    check_same_run("after it was out of memory: ", cpu, gpu);
+}
+
 void errors_of_steps() {
     // Twenty cells a step, out through a ceiling that does not hold.
     const auto open_above = [](const Vec<double, 2>& velocity) {
@@ -714,6 +759,7 @@ int main() {
         volumes_of_two_materials();
         checks::acceleration_fields();
         errors_of_steps();
+        out_of_memory();
         what_is_refused();
     } catch (const std::exception& e) {
         check(false, "the test", e.what());
