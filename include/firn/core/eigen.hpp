@@ -51,6 +51,11 @@ struct foreign_of_eigen {
         return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
     }();
 
+    /// Whether numbers of the expression can become numbers of type S. What floating-point numbers would be rounded
+    /// from is refused by read(), in a sentence.
+    template <class S>
+    static constexpr bool gives = std::floating_point<S> || std::constructible_from<S, typename E::Scalar>;
+
     /// Evaluates the expression `from` and writes its Rows × Columns elements to `numbers`, column by column.
     /// \throws parameter_error  if the size of the expression is known only at run time, and is not Rows × Columns
     template <class S, int Rows, int Columns>

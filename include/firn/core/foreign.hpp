@@ -23,6 +23,7 @@ struct Mat;
 ///
 ///     owns                                   true if a T stores its elements, false if T is an expression
 ///     holds<Rows, Columns>                   whether a T can have Rows × Columns elements, judged by the type alone
+///     gives<S>                               whether its elements can become numbers of type S
 ///     template <class S, int Rows, int Columns> static void read(const T& from, S* numbers);
 ///                                            writes the elements of `from` to `numbers`, column by column
 ///
@@ -40,6 +41,10 @@ concept is_foreign = requires { foreign<T>::owns; };
 /// A type of another library whose objects can have Rows × Columns elements.
 template <class T, int Rows, int Columns>
 concept holds_numbers = is_foreign<T> && foreign<T>::template holds<Rows, Columns>;
+
+/// A type of another library whose objects can have Rows × Columns elements, which can become numbers of type S.
+template <class T, class S, int Rows, int Columns>
+concept gives_numbers = holds_numbers<T, Rows, Columns> && foreign<T>::template gives<S>;
 
 /// A type of another library into which firn's type Own can be converted.
 template <class T, class Own>

@@ -44,7 +44,7 @@ struct Vec {
 
     /// Converts from a vector or expression of another library, and to a vector of that library. \see foreign.hpp
     /// @{
-    template <holds_numbers<D, 1> Other>
+    template <gives_numbers<S, D, 1> Other>
     FIRN_INLINE Vec(const Other& other) {
         foreign<Other>::template read<S, D, 1>(other, v);
     }
@@ -137,7 +137,7 @@ struct Mat {
     }
     /// Converts from a matrix or expression of another library, and to a matrix of that library. \see foreign.hpp
     /// @{
-    template <holds_numbers<D, D> Other>
+    template <gives_numbers<S, D, D> Other>
     FIRN_INLINE Mat(const Other& other) {
         foreign<Other>::template read<S, D, D>(other, m);
     }

@@ -55,7 +55,7 @@ struct DeformationGradient : Mat<S, D> {
         unroll<D>([&](auto i) FIRN_LAMBDA { excess.v[i] = F(i, i) - S(1); });
     }
     /// Makes a deformation gradient from a matrix or expression of another library. \see foreign.hpp
-    template <holds_numbers<D, D> Other>
+    template <gives_numbers<S, D, D> Other>
     FIRN_INLINE DeformationGradient(const Other& other) : DeformationGradient(Mat<S, D>(other)) {}
 
     /// Returns the deformation gradient F = I + H. \param H  the displacement gradient [1]
