@@ -305,6 +305,16 @@ void sources(const webgpu::Device& device) {
     };
     is_same("a jet over a pool", pouring(true, 0));
     is_same("a jet from some time on", pouring(false, 0.0031));
+    auto brief = made<2>(Fluid<float>{}, 1.0 / 50, 2e-4, scenes::rough_walls<2>());
+    brief.add(sample_box<2>({0.1, 0.05}, {0.6, 0.2}, {.spacing = 0.01, .pattern = Pattern::jittered, .jitter = 0.5}),
+              1000, {3, 0});
+    brief.add_source({.samples = sample_box<2>({0.4, 0.7}, {0.43, 0.73}, {.spacing = 0.01}),
+                      .density = 1000,
+                      .velocity = {0, -3},
+                      .rate = 4e4,
+                      .lifespan = 1e-4});
+    brief.add_sink({.lower = {0.5, 0}, .upper = {0.55, 0.15}});
+    is_same("water that lives for less than a step, and a sink", std::move(brief));
     auto soft = made<2>(FixedCorotated<float>::from_young_poisson(1, 0.3), 1.0 / 50, 0.01, scenes::rough_walls<2>());
     soft.add(sample_box<2>({0.3, 0.6}, {0.5, 0.8}, {.spacing = 0.01}), 1000);
     compare("soft matter begins to fall, in steps that gravity bounds", bounded(std::move(soft)), 6, 1, device);

@@ -352,12 +352,17 @@ private:
     /// Lets bodies end and sources give particles, on the CPU, after the steps so far.
     void end_events() {
         check();
-        if (!is_event_due()) return;
+        if (has_ended_ || !is_event_due()) return;
         if (is_ahead_) bring_particles_back();
         for (auto& set : simulation_.sets_) set.places_before.clear();  // no sink was met
-        simulation_.end_step(simulation_.ranks(), simulation_.workers());
+        end_step();
         is_edited_ = true;
         upload(false);
+    }
+    /// Ends the last step on the CPU, once: what sources give now may live for less than a step, but until the next.
+    void end_step() {
+        simulation_.end_step(simulation_.ranks(), simulation_.workers());
+        has_ended_ = true;
     }
 
     void sort_if_due() {
@@ -405,6 +410,7 @@ private:
     void move_on(double dt) {
         moments_.push_back(simulation_.now_);
         is_ahead_ = true;
+        has_ended_ = false;
         simulation_.now_ = {simulation_.time() + dt, simulation_.steps() + 1, dt};
         simulation_.boundary = advanced(simulation_.boundary, dt);
     }
@@ -442,7 +448,7 @@ private:
         if (status.error == wgsl::detail::blocks_error) blocks_ *= 2;
         if (status.meets_sink) {
             for (std::size_t k = 0; k < sets_.size(); ++k) sets_[k].read_places_before(simulation_.sets_[k]);
-            simulation_.end_step(simulation_.ranks(), simulation_.workers());
+            end_step();
         }
         upload(false);
         return again;
@@ -522,15 +528,9 @@ private:
         if (is_ahead_) bring_particles_back();
     }
     void bring_particles_back() {
-        const int threads = simulation_.workers();
         read_reactions();
-        for (std::size_t k = 0; k < sets_.size(); ++k) {
-            auto& set = simulation_.sets_[k];
-            sets_[k].bring_back(set.store());
-            set.partition = detail::partition_as_counted(simulation_.kernel(), set.store(), threads);
-            set.store().reorder(set.partition, threads);
-            set.forget_pushes();
-        }
+        for (std::size_t k = 0; k < sets_.size(); ++k)
+            sets_[k].bring_back(simulation_.sets_[k], simulation_.kernel(), simulation_.workers());
         simulation_.activate();
         is_ahead_ = false;
     }
@@ -553,8 +553,9 @@ private:
     detail::AnyAcceleration<Simulation> acceleration_{};              // of the last steps, and of the programs
     bool is_given_ = false;                                           // whether the device has its parameters
     bool is_edited_ = false, has_failed_ = false;
-    bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
-    bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
+    bool has_ended_ = false;  // whether the CPU has ended the last step
+    bool is_fresh_ = true;    // whether the device has taken no step since it got the particles
+    bool is_ahead_ = false;   // whether the device has taken steps that the particles on the CPU have not
 };
 
 /// Takes a copy of a simulation to a GPU, which goes on with its steps. States of the GPU's run are written and read as

@@ -124,14 +124,19 @@ struct SetOnDevice {
         return chunks[c];
     }
 
-    /// Copies what steps change of the particles back to the CPU.
-    void bring_back(ParticleStore<float, D>& particles) const {
+    /// Copies what steps change of a set's particles back to the CPU, in the order in which their places are counted.
+    template <class Set>
+    void bring_back(Set& set, const KernelFacts& kernel, int threads) const {
+        ParticleStore<float, D>& particles = set.store();
         for_chunks(particles, [&](const Chunk& chunk, const std::vector<std::size_t>& slots) {
             for (const char* name : {"motion", "affine", "stress", "state"})
                 for (const wgsl::Buffer& buffer : program.buffers)
                     if (buffer.name == name)
                         wgsl::put_numbers<D>(buffer, chunk.host->template read_buffer<float>(name), slots, particles);
         });
+        set.partition = partition_as_counted(kernel, particles, threads);
+        particles.reorder(set.partition, threads);
+        set.forget_pushes();
     }
     /// Gives a set the places of its particles before the last step, for its sinks.
     template <class Set>
