@@ -152,9 +152,8 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         if [[ $full == yes ]] || ((i % 5 < 2)); then dawn_cases+=("${cases[i]}"); fi
         if [[ $full == yes ]] || ((i % 5 >= 2)); then deno_cases+=("${cases[i]}"); fi
     done
-    if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank sets); fi
+    if ((${#webgpu[@]})); then other_lane+=(host_in_c++ on_gpu tank sets features); fi
     if ((${#webgpu[@]})) && [[ $full == yes ]]; then other_lane+=(example); fi
-    if [[ -x $programs/tests/wgsl/firn_webgpu_features ]]; then other_lane+=(features); fi # built with --full
     if ((jobs > 1)); then
         wgsl_lane "${lane[@]}" &
         wgsl_lane "${other_lane[@]}"

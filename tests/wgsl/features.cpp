@@ -3,7 +3,7 @@
 ///
 ///     firn_webgpu_features [NAME…]
 ///
-/// With names, only these features, as "FLIP" or "mirrored walls"; the programs of all take half an hour to compile.
+/// With names, only these features, as "FLIP" or "mirrored walls".
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/kernel/compact_quartic.hpp>
