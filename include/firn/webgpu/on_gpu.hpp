@@ -67,9 +67,8 @@ public:
     /// Takes one step with this acceleration in place of Simulation::gravity. An acceleration of another type needs
     /// another program: the particles go to the CPU and back, then. One with other parameters waits for the steps
     /// before.
-    /// \param acceleration  a vector [m/s²] or a field, as for Simulation::step(). Its parameters are those at the
-    /// call;
-    ///                      what its type does not list in parameters() is part of the program. So is a function
+    /// \param acceleration  a vector [m/s²] or a field, as for Simulation::step(), with the parameters that it has now.
+    ///                      What its type does not list in parameters() is part of the program, and so is a function
     ///                      without captures.
     /// \throws parameter_error, usage_error, particle_error, overflow_error, device_error  in the same cases as step()
     template <class Acceleration = Vec<double, D>>
@@ -352,17 +351,13 @@ private:
     /// Lets bodies end and sources give particles, on the CPU, after the steps so far.
     void end_events() {
         check();
-        if (has_ended_ || !is_event_due()) return;
-        if (is_ahead_) bring_particles_back();
+        // If check() met a sink, the step has ended: what sources gave then may live for less than a step, and stays.
+        if (!is_ahead_ || !is_event_due()) return;
+        bring_particles_back();
         for (auto& set : simulation_.sets_) set.places_before.clear();  // no sink was met
-        end_step();
+        simulation_.end_step(simulation_.ranks(), simulation_.workers());
         is_edited_ = true;
         upload(false);
-    }
-    /// Ends the last step on the CPU, once: what sources give now may live for less than a step, but until the next.
-    void end_step() {
-        simulation_.end_step(simulation_.ranks(), simulation_.workers());
-        has_ended_ = true;
     }
 
     void sort_if_due() {
@@ -410,7 +405,6 @@ private:
     void move_on(double dt) {
         moments_.push_back(simulation_.now_);
         is_ahead_ = true;
-        has_ended_ = false;
         simulation_.now_ = {simulation_.time() + dt, simulation_.steps() + 1, dt};
         simulation_.boundary = advanced(simulation_.boundary, dt);
     }
@@ -448,7 +442,7 @@ private:
         if (status.error == wgsl::detail::blocks_error) blocks_ *= 2;
         if (status.meets_sink) {
             for (std::size_t k = 0; k < sets_.size(); ++k) sets_[k].read_places_before(simulation_.sets_[k]);
-            end_step();
+            simulation_.end_step(simulation_.ranks(), simulation_.workers());
         }
         upload(false);
         return again;
@@ -553,9 +547,8 @@ private:
     detail::AnyAcceleration<Simulation> acceleration_{};              // of the last steps, and of the programs
     bool is_given_ = false;                                           // whether the device has its parameters
     bool is_edited_ = false, has_failed_ = false;
-    bool has_ended_ = false;  // whether the CPU has ended the last step
-    bool is_fresh_ = true;    // whether the device has taken no step since it got the particles
-    bool is_ahead_ = false;   // whether the device has taken steps that the particles on the CPU have not
+    bool is_fresh_ = true;   // whether the device has taken no step since it got the particles
+    bool is_ahead_ = false;  // whether the device has taken steps that the particles on the CPU have not
 };
 
 /// Takes a copy of a simulation to a GPU, which goes on with its steps. States of the GPU's run are written and read as
