@@ -34,7 +34,7 @@ template <class Acceleration, int D>
 consteval bool require_gpu_acceleration() {
     using R = wgsl::recorded;
     using Field = with_scalar_t<Acceleration, R>;
-    constexpr bool is_vector = dimension_of_vector<Acceleration> > 0 || holds_numbers<Acceleration, D, 1>;
+    constexpr bool is_vector = is_vector_acceleration<Acceleration, D>;
     constexpr bool has_numbers = is_vector || has_parameters<Acceleration> || std::is_empty_v<Acceleration>;
     static_assert(has_numbers,
                   "firn: a GPU gets the numbers of an acceleration field from its list parameters(), see "

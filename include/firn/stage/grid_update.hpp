@@ -52,6 +52,11 @@ template <class Field, class V, class... Arguments>
 concept returns_acceleration =
     takes<Field, Arguments...> && std::convertible_to<typename call_result<Field, Arguments...>::type, V>;
 
+/// Whether an acceleration is a vector, of firn or of another library, and not a field.
+template <class Acceleration, int D>
+inline constexpr bool is_vector_acceleration =
+    dimension_of_vector<Acceleration> > 0 || holds_numbers<Acceleration, D, 1>;
+
 /// Returns true if an acceleration can act on nodes in D dimensions. If it cannot, the compilation stops with a
 /// message.
 /// \tparam P  the scalar type in which nodes are computed
@@ -62,7 +67,7 @@ consteval bool require_acceleration() {
                   "firn: this acceleration has another dimension than the simulation and the grid.");
     using V = Vec<P, D>;
     using Field = with_scalar_t<Acceleration, P>;
-    constexpr bool is_vector = of_vector > 0 || holds_numbers<Acceleration, D, 1>;
+    constexpr bool is_vector = is_vector_acceleration<Acceleration, D>;
     constexpr bool is_field = [] {
         if constexpr (is_vector)  // Eigen's vectors can be called, too
             return false;
