@@ -36,16 +36,9 @@ using Jelly = FixedCorotated<float>;
 /// Strains particles at random.
 template <int D>
 void strain(auto& particles) {
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-        if (!particles.is_particle(slot)) continue;
-        auto state = particles.state(slot);
-        const auto random = [&](int k) { return float(scenes::noise(9 * slot + std::size_t(k)) - 0.5); };
-        if constexpr (requires { state.F; })
-            for (int k = 0; k < D * D; ++k) state.F.m[k] += 0.05F * random(k);
-        else
-            state.J += 0.01F * random(0);
-        particles.set_state(slot, state);
-    }
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot))
+            particles.set_state(slot, scenes::strained<D>(particles.state(slot), slot, 0.05F));
 }
 
 /// Matter in the lower corner of the unit box, so near to its walls and to the ball that they act in the next step.
@@ -91,13 +84,8 @@ struct Corner {
     }
     static void check_same_reactions(const std::string& name, const Reactions<D>& expected, const Reactions<D>& got) {
         check_same_impulses(name + "reactions", expected.parts, got.parts);
-        const auto of_loads = [](const Reactions<D>& all) {
-            std::vector<Reaction<D>> loads;
-            for (const auto& load : all.loads) loads.push_back(load.reaction);
-            return loads;
-        };
         if (!expected.loads.empty())
-            check_same_impulses(name + "reactions of loads", of_loads(expected), of_loads(got));
+            check_same_impulses(name + "reactions of loads", impulses_of_loads(expected), impulses_of_loads(got));
     }
 
     /// Matter that has taken some steps. `change` gives the simulation what is no policy.

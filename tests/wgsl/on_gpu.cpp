@@ -403,21 +403,10 @@ void away_from_the_origin() {
     const webgpu::Device device;
     for (const auto& corner : {Vec<double, 2>{-3.7, 5.3}, Vec<double, 2>{-3.7, 5.25e5}}) {
         const std::string name = sentence("from (", corner[0], ", ", corner[1], ") m on");
-        Domain<2> domain{corner, corner + Vec<double, 2>{1, 1}, 1.0 / 50};
         Collider<Sphere<float, 2>> ball{.shape = {0.1F}, .contact = Contact::separate, .friction = 0.2};
         ball.position = corner + Vec<double, 2>{0.5, 0.12};
         ball.linear_velocity = {0.3, 0.1};
-        auto walls = scenes::rough_walls<2>();
-        walls.lower = walls.lower + corner;
-        walls.upper = walls.upper + corner;
-        Simulation there(domain, FixedCorotated<float>::from_young_poisson(2e4, 0.3), Integers{},
-                         Together(walls, ball));
-        there.warn = {};
-        there.fixed_time_step = 4e-4;
-        there.add(
-            sample_box<2>(corner + Vec<double, 2>{0.3, 0.25}, corner + Vec<double, 2>{0.7, 0.5}, {.spacing = 0.01}),
-            1000, {1, -2});
-        there.add_sink({.lower = corner + Vec<double, 2>{0.6, 0.2}, .upper = corner + Vec<double, 2>{0.65, 0.22}});
+        auto there = block_from(corner, 0.22, [&](const auto& walls) { return Together(walls, ball); });
         compare(name, there, 60, 2, device);
         compare(name + ", in steps at their bound", bounded(there), 20, 2, device);
         there.reactions = Reactions<2>{.about = corner};

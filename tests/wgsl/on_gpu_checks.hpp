@@ -105,12 +105,38 @@ auto thrown(const Vec<double, 2>& velocity = {1, -2}, double spacing = 1.0 / 90,
     return simulation;
 }
 
+/// A block in a unit box whose lower corner is elsewhere, over a sink.
+/// \param boundary  returns the boundary from the walls of this box
+/// \param height    of the upper end of the sink above the corner [m]
+template <class Boundary>
+auto block_from(const Vec<double, 2>& corner, double height, const Boundary& boundary) {
+    auto walls = scenes::rough_walls<2>();
+    walls.lower = walls.lower + corner;
+    walls.upper = walls.upper + corner;
+    Simulation there(Domain<2>{corner, corner + Vec<double, 2>{1, 1}, 1.0 / 50},
+                     FixedCorotated<float>::from_young_poisson(2e4, 0.3), scenes::Integers{}, boundary(walls));
+    there.warn = {};
+    there.fixed_time_step = 4e-4;
+    there.add(sample_box<2>(corner + Vec<double, 2>{0.3, 0.25}, corner + Vec<double, 2>{0.7, 0.5}, {.spacing = 0.01}),
+              1000, {1, -2});
+    there.add_sink({.lower = corner + Vec<double, 2>{0.6, 0.2}, .upper = corner + Vec<double, 2>{0.65, height}});
+    return there;
+}
+
 /// Adds a block of particles at random places.
 template <int D>
 void add_block(auto& simulation, double spacing, const Vec<double, D>& velocity) {
     simulation.add(sample_box<D>(Vec<double, D>::filled(0.2), Vec<double, D>::filled(0.5),
                                  {.spacing = spacing, .pattern = Pattern::jittered, .jitter = 0.1}),
                    1000, velocity);
+}
+
+/// What loads exerted, without their names.
+template <int D>
+std::vector<Reaction<D>> impulses_of_loads(const Reactions<D>& reactions) {
+    std::vector<Reaction<D>> all;
+    for (const LoadReaction<D>& load : reactions.loads) all.push_back(load.reaction);
+    return all;
 }
 
 /// Steps that give reactions: the same from run to run, and but for rounding the CPU's.
@@ -153,15 +179,10 @@ void compare_reactions(const std::string& name, Simulation cpu, int steps, int i
                 if (error != 0) worst = std::max(worst, error / scale);
         }
     };
-    const auto of_loads = [](const Reactions<D>& reactions) {
-        std::vector<Reaction<D>> all;
-        for (const LoadReaction<D>& load : reactions.loads) all.push_back(load.reaction);
-        return all;
-    };
     const auto compare = [&] {
         const Reactions<D>&expected = *cpu.reactions, &got = gpu.reactions(), &other = again.reactions();
         compare_some(expected.parts, got.parts, other.parts, given);
-        compare_some(of_loads(expected), of_loads(got), of_loads(other), by_loads);
+        compare_some(impulses_of_loads(expected), impulses_of_loads(got), impulses_of_loads(other), by_loads);
         for (std::size_t k = 0; k < std::min(expected.loads.size(), got.loads.size()); ++k)
             equal = equal && got.loads[k].load == expected.loads[k].load;
     };

@@ -75,16 +75,7 @@ void fields_of_a_program(const webgpu::Device& device) {
         return Vec<P, 2>{v[1] * P(20) - dt * x[0], v[0] * P(-20)};
     };
     for (const auto& corner : {Vec<double, 2>{-3.7, 5.3}, Vec<double, 2>{-3.7, 5.25e5}}) {
-        Domain<2> domain{corner, corner + Vec<double, 2>{1, 1}, 1.0 / 50};
-        auto walls = scenes::rough_walls<2>();
-        walls.lower = walls.lower + corner, walls.upper = walls.upper + corner;
-        Simulation there(domain, FixedCorotated<float>::from_young_poisson(2e4, 0.3), Integers{}, walls);
-        there.warn = {};
-        there.fixed_time_step = 4e-4;
-        there.add(
-            sample_box<2>(corner + Vec<double, 2>{0.3, 0.25}, corner + Vec<double, 2>{0.7, 0.5}, {.spacing = 0.01}),
-            1000, {1, -2});
-        there.add_sink({.lower = corner + Vec<double, 2>{0.6, 0.2}, .upper = corner + Vec<double, 2>{0.65, 0.25}});
+        const auto there = block_from(corner, 0.25, [](const auto& walls) { return walls; });
         Pull moved = pull;
         moved.centre += corner;
         const std::string name = sentence("from (", corner[0], ", ", corner[1], ") m on");

@@ -141,6 +141,17 @@ inline firn::Collider<firn::DistanceGrid<float, 3>> ramp() {
     return solid;
 }
 
+/// The state of a particle, strained at random. \param size  of a component of F, if the state has F
+template <int D, class State>
+State strained(State state, std::size_t slot, float size) {
+    if constexpr (requires { state.F; })
+        for (int k = 0; k < D * D; ++k)
+            state.F.m[k] += size * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
+    else
+        state.J += 0.01F * float(noise(slot) - 0.5);
+    return state;
+}
+
 /// Two blocks after ten steps, strained at random; and the program for what comes next.
 template <int D, class Transfer, class Force, class Material, class Kernel = firn::QuadraticBSpline,
           class Boundary = firn::Walls<float, D>, class Volume = firn::OwnVolume>
@@ -164,12 +175,7 @@ struct MovingBlocks {
         auto& particles = simulation.edit_particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
-            auto state = particles.state(slot);
-            if constexpr (requires { state.F; })
-                for (int k = 0; k < D * D; ++k)
-                    state.F.m[k] += 0.1F * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
-            else
-                state.J += 0.01F * float(noise(slot) - 0.5);
+            auto state = strained<D>(particles.state(slot), slot, 0.1F);
             if constexpr (std::same_as<Material, firn::FixedCorotated<float>>)
                 if (slot % 997 == 0) state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
             particles.set_state(slot, state);
