@@ -7,6 +7,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/neo_hookean.hpp>
+#include <firn/math/inverse.hpp>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -190,7 +191,7 @@ private:
         const Mat<Dual, D> stress = dual_.kirchhoff_stress(DeformationGradient<Dual, D>::from_displacement(direction));
         Mat<P, D> tau, change;
         unroll<D * D>([&](auto k) FIRN_LAMBDA { tau.m[k] = stress.m[k].value, change.m[k] = stress.m[k].derivative; });
-        Mat<P, D> of_new = (change - tau * bar + bar * tau) * inverse_transposed(F);
+        Mat<P, D> of_new = (change - tau * bar + bar * tau) * inverse_transposed<P, D>(F);
         unroll<D * D>([&](auto k) FIRN_LAMBDA { of_new.m[k] = of_new.m[k] + bars_[0].template load<P>(slots, k); });
         const Mat<P, D> of_old = of_new + transpose(velocity_gradient) * of_new * dt;
         unroll<D * D>([&](auto k) FIRN_LAMBDA { bars_[0].store(slots, k, of_old.m[k]); });
@@ -204,22 +205,6 @@ private:
         unroll<int(parameters)>([&](auto k) FIRN_LAMBDA {
             of_parameters_[k] = of_parameters_[k] + contracted(bar, by_parameter_[k].kirchhoff_stress(F));
         });
-    }
-    /// Returns (F⁻¹)ᵀ: the matrix of cofactors, divided by the determinant.
-    static Mat<P, D> inverse_transposed(const Mat<P, D>& F) {
-        const P per_determinant = P(1) / determinant(F);
-        Mat<P, D> r;
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            unroll<D>([&](auto j) FIRN_LAMBDA {
-                if constexpr (D == 2) {
-                    r(i, j) = F(1 - i, 1 - j) * (int(i) == int(j) ? per_determinant : -per_determinant);
-                } else {
-                    constexpr int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-                    r(i, j) = (F(i1, j1) * F(i2, j2) - F(i1, j2) * F(i2, j1)) * per_determinant;
-                }
-            });
-        });
-        return r;
     }
 
     with_scalar_t<Material, dual<P>> dual_;

@@ -4,6 +4,7 @@
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/block_partition.hpp>
+#include <firn/data/converted_state.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/loops/execution.hpp>
@@ -60,23 +61,6 @@ Axial<double, D> curl(const Mat<double, D>& C) {
         return {{C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)}};
 }
 
-/// Returns a particle's material state with its values converted to double.
-template <class To, class From>
-To state_in_double(const From& state) {
-    To exact;
-    constexpr auto from = From::fields();
-    constexpr auto to = To::fields();
-    unroll<int(std::tuple_size_v<decltype(from)>)>([&](auto f) {
-        const auto& member = state.*(std::get<f>(from).member);
-        auto& in_double = exact.*(std::get<f>(to).member);
-        const auto numbers = Stored<std::remove_cvref_t<decltype(member)>>::numbers(member);
-        std::array<double, numbers.size()> wide;
-        std::ranges::copy(numbers, wide.begin());
-        in_double = Stored<std::remove_cvref_t<decltype(in_double)>>::made(wide);
-    });
-    return exact;
-}
-
 /// Calls f(q) for each number q of a particle's or a set's totals, except the number of particles.
 template <class Of, class F>
 FIRN_INLINE void for_quantities(Of& totals, const F& f) {
@@ -102,7 +86,7 @@ FIRN_INLINE Totals<D> totals_of_particle(const Particles<S, D, State>& particles
     const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
     const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
     const Mat<double, D> C = cast<double>(particles.affine(slot));
-    const auto state = state_in_double<material_state_t<Material, D>>(particles.state(slot));
+    const auto state = converted_state<material_state_t<Material, D>>(particles.state(slot));
     Totals<D> one;
     one.particles = 1;
     one.mass = mass;
