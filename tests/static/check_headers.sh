@@ -20,6 +20,7 @@ data       : posix
 sort       :
 stage      :
 loops wgsl :
+implicit   :
 lagrangian :
 simulation :
 adjoint    :
