@@ -1,8 +1,7 @@
 /// \file Newton's method for an implicit step, with inexact linear solves and a line search.
 #pragma once
 
-#include <firn/implicit/block_jacobi.hpp>
-#include <firn/implicit/diagonal.hpp>
+#include <firn/implicit/jacobi_preconditioner.hpp>
 #include <firn/implicit/step_problem.hpp>
 
 #include <limits>
@@ -75,8 +74,8 @@ public:
             vectors.add(layers_.trial, part, layers_.solver.solution);
             report = problem_.displace(layers_.trial);
             // Rounding of the energies of particles hides smaller changes.
-            using S = std::remove_reference_t<decltype(vectors.numbers(0)[0])>;
-            const double room = 64 * double(std::numeric_limits<S>::epsilon()) * std::abs(energy);
+            const double room =
+                64 * double(std::numeric_limits<typename Problem::scalar_type>::epsilon()) * std::abs(energy);
             if (report.is_regular() && report.energy <= energy + 1e-4 * part * slope + room) {
                 size = problem_.gradient(layers_.trial);
                 return true;
@@ -95,15 +94,18 @@ private:
 
 /// Minimises the Φ of a step, beginning at the displacement in layers.displacement. All materials must have a
 /// potential: with plastic flow or viscosity, the Hessian is not symmetric.
+/// \param preconditioner  an object with two functions: renew(problem), called before each linear solve, at the
+/// problem's
+///                        last displacement; and apply(problem, z, r), which sets the vector in layer z to that of
+///                        layer r, preconditioned, and may change the present numbers of the nodes
 /// \return  how it has ended. If it has not converged, the layer holds the best displacement that was found; if already
 ///          the first guess inverts particles, nothing is done.
-template <class Problem>
-NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLimits& limits) {
+template <class Problem, class Preconditioner>
+NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLimits& limits,
+                    Preconditioner& preconditioner) {
     const auto vectors = problem.vectors();
     const double h = vectors.grid().domain().cell_size;
-    const int threads = vectors.threads();
-    using S = std::remove_reference_t<decltype(vectors.numbers(0)[0])>;
-    constexpr int D = Problem::dimension;
+    using S = typename Problem::scalar_type;
     const auto [x, r, p, z] = layers.solver;
     vectors.make(layers.trial);
     vectors.make(r);
@@ -111,7 +113,6 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
     report.last = problem.displace(layers.displacement);
     if (!report.last.is_regular()) return report;
     double size = problem.gradient(layers.displacement);
-    aligned_vector<S> blocks;
     for (;;) {
         const double gradient = std::sqrt(vectors.dot(0, 0));
         const double residual = size > 0 ? gradient / size : 0;
@@ -121,12 +122,10 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
         vectors.fill(r, S(0));
         vectors.add(r, -1, 0);
 
-        hessian_diagonal(problem.potential(), blocks);
-        problem.add_diagonal(blocks);
-        const BlockJacobi<S, D> jacobi(blocks, threads);
+        preconditioner.renew(problem);
         vectors.copy(layers.trial, r);  // the solver changes its right-hand side
         const SolverReport solved = conjugate_gradients(
-            problem, [&](std::size_t to, std::size_t from) { jacobi.apply(vectors, to, from); }, layers.solver,
+            problem, [&](std::size_t to, std::size_t from) { preconditioner.apply(problem, to, from); }, layers.solver,
             {std::max(std::min(limits.forcing, residual), limits.least_forcing), limits.solver_iterations});
         report.products += solved.iterations;
         if (solved.has_found_negative) {
@@ -149,6 +148,12 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
         size = search.size;
         vectors.copy(layers.displacement, layers.trial);
     }
+}
+/// As above, with the diagonal blocks of the Hessian as preconditioner.
+template <class Problem>
+NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLimits& limits) {
+    JacobiPreconditioner<typename Problem::scalar_type, Problem::dimension> jacobi;
+    return newton(problem, layers, limits, jacobi);
 }
 
 }  // namespace firn::inline FIRN_BUILD

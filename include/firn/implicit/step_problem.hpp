@@ -36,7 +36,8 @@ class StepProblem : public LinearSystem<Potential, S, D> {
         "firn: an implicit step takes materials with an energy_density() and without plastic flow or viscosity.");
 
 public:
-    static constexpr int dimension = D;
+    using scalar_type = S;               ///< The scalar type: float or double.
+    static constexpr int dimension = D;  ///< The dimension: 2 or 3.
 
     /// Makes the problem of a potential, with the small nodes and the constraints of its grid.
     /// \param loads    the layer with the loads on all nodes [N]
