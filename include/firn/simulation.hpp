@@ -14,6 +14,7 @@
 #include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/acceleration.hpp>
+#include <firn/simulation/explicit.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/passes.hpp>
 #include <firn/simulation/policies.hpp>
@@ -64,12 +65,14 @@ class OnGpu;
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 /// \tparam Volume     the volumetric policy: OwnVolume, FBar against locking, or VolumeFilter for a quiet pressure
 /// \tparam Law        the contact law between groups of bodies: CoulombContact, or OneField without groups
+/// \tparam Time       the time integration: Explicit, or QuasiStatic and Implicit of firn/implicit.hpp
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
-          class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume, class Law = OneField>
+          class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume, class Law = OneField,
+          class Time = Explicit>
 class Simulation
     : public RunOf<detail::precision_of_t<detail::material_list<Material, D>>, D>,
-      public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>, D> {
+      public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
     using Run = RunOf<detail::precision_of_t<List>, D>;
@@ -84,8 +87,9 @@ class Simulation
     friend class SetAccess;
     template <class, std::size_t>
     friend class SetHandle;
-    using Passes = detail::PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
+    using Passes = typename Time::template Passes<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
     friend Passes;
+    friend detail::PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
     template <class>
     friend class Adjoint;
     template <class>
@@ -102,6 +106,7 @@ public:
     using material_type = Material;  ///< The type of the material, or `Materials<…>`.
     using kernel_type = Kernel;      ///< The interpolation kernel.
     using force_type = Force;        ///< The force form.
+    using integration_type = Time;   ///< The time integration.
     using S = scalar_type;           ///< The scalar type: float or double.
     template <std::size_t I>
     using SetAt = typename Make::template set<I>;  ///< The type of the set of material I.
@@ -137,9 +142,9 @@ public:
         : Simulation(
               domain, material, detail::one_of<Execution>([] { return Execution{}; }, first, rest...),
               detail::one_of<Boundary>([&] { return detail::default_boundary<Boundary, S>(domain); }, first, rest...)) {
-        constexpr bool named =
-            !detail::require_policies<First, Rest...>() ||
-            detail::among<Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::template are_all<First, Rest...>;
+        constexpr bool named = !detail::require_policies<First, Rest...>() ||
+                               detail::among<Transfer, Force, Kernel, Execution, Boundary, Volume, Law,
+                                             Time>::template are_all<First, Rest...>;
         static_assert(named,
                       "firn: this simulation is given policies that its type does not name. Leave its template "
                       "arguments out, firn::Simulation simulation(domain, material, walls), or name the policies: "
@@ -147,6 +152,7 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
         volume = detail::one_of<Volume>([] { return Volume{}; }, first, rest...);
         contact = detail::one_of<Law>([] { return Law{}; }, first, rest...);
+        integration = detail::one_of<Time>([] { return Time{}; }, first, rest...);
     }
 
     /// This overload does not compile: the compiler prints a message that the domain does not have the dimension of the
@@ -183,11 +189,14 @@ public:
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Run::warn;
-    Boundary boundary;    ///< Walls and colliders. A step moves the ones with a velocity.
-    Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
-    Transfer transfer{};  ///< The transfer policy, with its parameters.
-    Volume volume{};      ///< The volumetric policy, with its parameters.
-    Law contact{};        ///< The contact law, with its parameters.
+    Boundary boundary;                         ///< Walls and colliders. A step moves the ones with a velocity.
+    Execution execution;                       ///< How P2G sums contributions, and the number of threads of all stages.
+    Transfer transfer{};                       ///< The transfer policy, with its parameters.
+    Volume volume{};                           ///< The volumetric policy, with its parameters.
+    Law contact{};                             ///< The contact law, with its parameters.
+    [[no_unique_address]] Time integration{};  ///< The time integration, with its parameters.
+    /// How the last step was solved; with Explicit an empty object.
+    [[no_unique_address]] typename Time::Solution solution{};
     /// The impulses between contact groups in the last step. They are computed only if `contact_impulses` holds a value
     /// when the step begins: call `simulation.contact_impulses.emplace()`.
     std::optional<ContactImpulses<D>> contact_impulses{};
@@ -361,14 +370,24 @@ private:
         detail::StepsTo steps(now_.time, duration, in_float());
         Stepper<D>::take_steps(
             leaves_regions ? 1 : workers(), last_step,
-            [&] { return steps.arrived(now_.time) || now_.steps == last_step; },
+            [&] { return steps.arrived(now_.time) || now_.steps >= last_step; },
             [&](std::string& warning) {
-                const double bound = find_bound(acceleration);
-                const double dt = this->next_time_step(bound, detail::has_all_walls(boundary, this->domain()),
-                                                       Transfer::affine, ranks(), workers(), warning);
+                const double dt = next_time_step(acceleration, duration, warning);
                 if (!warning.empty()) return;
                 steps.next(now_.time, dt, [&](const TimeStep& step) { step_by(step, acceleration); });
             });
+    }
+
+    /// Prepares the particles and returns the next time step [s]. \param warning  \see RunOf::next_time_step
+    template <class Acceleration>
+    double next_time_step(const Acceleration& acceleration, [[maybe_unused]] double duration, std::string& warning) {
+        if constexpr (Time::is_explicit) {
+            const double bound = find_bound(acceleration);
+            return Run::next_time_step(bound, detail::has_all_walls(boundary, this->domain()), Transfer::affine,
+                                       ranks(), workers(), warning);
+        } else {
+            return Passes::next_time_step(*this, acceleration, duration);
+        }
     }
 
     /// Prepares the particles and returns the bound of the time step [s]; infinite if nothing limits it.
@@ -391,7 +410,17 @@ private:
     /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
     template <class Acceleration>
     void step_by(const TimeStep& dt, const Acceleration& acceleration) {
-        with_step(dt, acceleration, [&](StepNow<S, D>& now) { this->take_passes(now); });
+        double left = dt;
+        const auto take = [&](StepNow<S, D>& now) {
+            this->take_passes(now);
+            left -= now.dt;
+        };
+        with_step(dt, acceleration, take);
+        if constexpr (!Time::is_explicit)  // a step that does not converge is taken in parts
+            while (left > 0) {
+                prepare();
+                with_step(left, acceleration, take);
+            }
     }
     /// Calls body(now) with what passes need to know of a step of dt [s].
     template <class Acceleration, class Body>
@@ -414,7 +443,7 @@ private:
     template <class Acceleration>
     double update_grid(const StepNow<S, D>& now, const Acceleration& acceleration) {
         double largest = 0;
-        if constexpr (acts_by_gap<Boundary>)
+        if constexpr (acts_by_gap<Boundary> || !Time::is_explicit)
             largest = detail::update_grid(now.threads, now.ranks, grid_, now.dt, acceleration, NoBoundary{});
         else if constexpr (boundary_fits)
             largest = detail::update_grid_and_mirrors(now.threads, now.ranks, grid_, now.dt, acceleration, boundary,
@@ -450,7 +479,8 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary,
                   typename detail::chosen<D, Material, Policies...>::volume,
-                  typename detail::chosen<D, Material, Policies...>::contact>;
+                  typename detail::chosen<D, Material, Policies...>::contact,
+                  typename detail::chosen<D, Material, Policies...>::time>;
 
 }  // namespace firn::inline FIRN_BUILD
 

@@ -20,9 +20,9 @@ data       : posix
 sort       :
 stage      :
 loops wgsl :
-implicit   :
 lagrangian :
 simulation :
+implicit   :
 adjoint    :
 firn       :
 io         : hdf5 posix

@@ -203,10 +203,12 @@ public:
 private:
     static constexpr bool can_go_back =
         std::same_as<decltype(Simulation::execution), Coloured> && !Simulation::has_contact_groups &&
-        !acts_by_gap<decltype(Simulation::boundary)> && !filters_volume<decltype(Simulation::volume)>;
-    static_assert(can_go_back,
-                  "firn: an Adjoint goes back through simulations that sum with Coloured, on one rank, without contact "
-                  "groups, GapContact and VolumeFilter.");
+        !acts_by_gap<decltype(Simulation::boundary)> && !filters_volume<decltype(Simulation::volume)> &&
+        Simulation::integration_type::is_explicit;
+    static_assert(
+        can_go_back,
+        "firn: an Adjoint goes back through explicit simulations that sum with Coloured, on one rank, without "
+        "contact groups, GapContact and VolumeFilter.");
 
     using Boundary = decltype(Simulation::boundary);
     using Transfer = decltype(Simulation::transfer);

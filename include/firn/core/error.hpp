@@ -39,6 +39,11 @@ struct overflow_error : error {
     using error::error;
 };
 
+/// Thrown if the equations of an implicit step are not solved. The particles are those before the step.
+struct convergence_error : error {
+    using error::error;
+};
+
 /// Thrown if a triangle mesh cannot be used, e.g. because it is empty, is not watertight, or has invalid indices.
 struct mesh_error : error {
     using error::error;

@@ -40,6 +40,19 @@ public:
         small_.fold(numbers, potential_.threads());
         constraints_.project(numbers, potential_.threads());
     }
+    /// Turns forces on all nodes into those on constrained ones alone: what to_forces() drops.
+    /// \param memory  a vector that is overwritten
+    void to_reactions(std::size_t k, std::size_t memory) const {
+        const NodeVectors<S, D> all = vectors();
+        S* const numbers = all.numbers(memory);
+        all.copy(memory, k);
+        constraints_.project(numbers, potential_.threads());
+        all.add(k, -1, memory);
+        small_.fold(numbers, potential_.threads());
+        all.add(k, 1, memory);
+        constraints_.project(numbers, potential_.threads());
+        all.add(k, -1, memory);
+    }
     /// Sets the present numbers of the nodes to the system's matrix times a vector. The vector becomes a displacement.
     void multiply(std::size_t k) {
         to_displacement(k);
@@ -52,6 +65,7 @@ private:
     const SmallNodes<S, D>& small_;
     const NodeConstraints<S, D>& constraints_;
 };
+/// Takes the precision and the dimension from the potential.
 template <class Kernel, class Force, std::floating_point S, int D, class... Sets>
 LinearSystem(IncrementalPotential<Kernel, Force, S, D, Sets...>&, const SmallNodes<S, D>&, const NodeConstraints<S, D>&)
     -> LinearSystem<IncrementalPotential<Kernel, Force, S, D, Sets...>, S, D>;

@@ -54,6 +54,13 @@ public:
             for (std::size_t i = first; i < last; ++i) to[i] = to[i] + s * from[i];
         });
     }
+    /// Computes y ← y + s x for the numbers that count, where the others of x may be anything: masses.
+    void add_vectors(std::size_t y, double s, std::size_t x) const {
+        for_blocks([to = numbers(y), from = numbers(x), s = S(s)](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; i += node_width)
+                for (std::size_t k = i; k < i + std::size_t(D); ++k) to[k] = to[k] + s * from[k];
+        });
+    }
     /// Computes y ← x + s y. \param y, x  the vectors
     void scale_and_add(std::size_t y, double s, std::size_t x) const {
         for_blocks([to = numbers(y), from = numbers(x), s = S(s)](std::size_t first, std::size_t last) {

@@ -49,7 +49,7 @@ FIRN_INLINE S volume_factor(const Mat<S, D>& gradient) {
 }
 
 /// Returns the derivative of piola_of_step() [Pa] along a change of ∇u, the return mapping included.
-/// \param material  with the scalar dual<S>
+/// \param material  with the scalar `dual<S>`
 /// \param before    the state at the start of the step, with the scalar S
 /// \param gradient  ∇u [1];  \param change  the change of ∇u [1];  \param dt  time of the step [s]
 template <class Material, class State, scalar S, int D>

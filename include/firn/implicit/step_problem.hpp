@@ -18,6 +18,7 @@ struct NodalInertia {
     aligned_vector<S> masses;  ///< mass of each node [kg], in the order of the nodes
     double dt = 1;             ///< time of the step [s]
     std::size_t free_motion;   ///< the layer with û [m], the displacement of the nodes without forces
+    double size = 0;           ///< the measure of inertial forces [N], beside which a small gradient is none
 };
 /// Returns the masses of the nodes, which P2G has left in their present numbers.
 template <std::floating_point S, int D>
@@ -56,16 +57,28 @@ public:
     }
     /// Sets the present numbers of the nodes to the gradient of Φ on the unknowns [N], at the displacement of the last
     /// displace(). \param u  the layer of that displacement
-    /// \return  the larger one of the norms of all loads and of all forces of particles [N], held nodes included: the
-    ///          measure of what is a small gradient
+    /// \return  the largest one of the norms of all loads and of all forces of particles [N], held nodes included, and
+    /// of
+    ///          the measure of inertial forces: the measure of what is a small gradient
     double gradient(std::size_t u) {
         potential_.gradient();
         const auto vectors = this->vectors();
-        const double size = std::sqrt(std::max(vectors.dot(0, 0), vectors.dot(loads_, loads_)));
+        const double size = std::max(std::sqrt(std::max(vectors.dot(0, 0), vectors.dot(loads_, loads_))),
+                                     inertia_ ? inertia_->size : 0.0);
         vectors.add(0, -1, loads_);
         add_inertia(u, true);
         this->to_forces(0);
         return size;
+    }
+    /// Sets the present numbers of the nodes to the forces [N] by which a boundary holds them, at the displacement of
+    /// the last displace(): what is out of balance on constrained nodes. Follows displace(), before any product.
+    /// \param u  the layer of that displacement;  \param memory  a layer that is overwritten
+    void reactions(std::size_t u, std::size_t memory) {
+        potential_.gradient();
+        const auto vectors = this->vectors();
+        vectors.add(0, -1, loads_);
+        add_inertia(u, true);
+        this->to_reactions(0, memory);
     }
     /// Sets the present numbers of the nodes to the Hessian of Φ times a vector. The vector becomes a displacement.
     void multiply(std::size_t k) {
@@ -122,6 +135,7 @@ private:
     std::size_t loads_;
     const std::optional<NodalInertia<S>>& inertia_;
 };
+/// Takes the precision and the dimension from the potential.
 template <class Kernel, class Force, std::floating_point S, int D, class... Sets>
 StepProblem(IncrementalPotential<Kernel, Force, S, D, Sets...>&, const SmallNodes<S, D>&, const NodeConstraints<S, D>&,
             std::size_t, const std::optional<NodalInertia<S>>&)

@@ -17,9 +17,9 @@ namespace detail {
 /// Returns attributes of a run: the names of the policies, the precision, and the index I of the material in the
 /// simulation. The run can be continued from a state only if the state has the same values of these attributes.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary, class Volume, class Law>
+          class Boundary, class Volume, class Law, class Time>
 [[gnu::cold]] std::vector<StateAttribute> policies_of(
-    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>& simulation) {
+    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>& simulation) {
     using Material = std::remove_cvref_t<decltype(simulation.template set<I>().material())>;
     std::vector<StateAttribute> policies{{"kernel", std::string(name_of<Kernel>())},
                                          {"transfer", std::string(name_of<Transfer>())},
@@ -32,6 +32,7 @@ template <std::size_t I, int D, class Materials, class Transfer, class Force, cl
     if constexpr (requires { simulation.boundary.description(); })
         policies.push_back({"boundary_conditions", simulation.boundary.description()});
     if constexpr (!std::same_as<Volume, OwnVolume>) policies.push_back({"volumetric", std::string(name_of<Volume>())});
+    if constexpr (!Time::is_explicit) policies.push_back({"time_integration", Time::name});
     if constexpr (Law::between_groups) {
         policies.push_back({"contact", std::string(name_of<Law>())});
         if constexpr (requires { simulation.contact.description(); })
@@ -49,6 +50,7 @@ template <std::size_t I, class Simulation>
     settings.add("volumetric", simulation.volume);
     settings.add("boundary", simulation.boundary);
     settings.add("contact", simulation.contact);
+    if constexpr (!Simulation::integration_type::is_explicit) settings.add("time_integration", simulation.integration);
     return settings;
 }
 

@@ -12,26 +12,27 @@ namespace firn::inline FIRN_BUILD {
 // declares the simulation as `extern template class` does not compile these functions again.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::step() {
+          class Volume, class Law, class Time>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>::step() {
     step(gravity);
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::advance(double duration) {
+          class Volume, class Law, class Time>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>::advance(
+    double duration) {
     advance(duration, gravity);
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
+          class Volume, class Law, class Time>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>::prepare() {
     if (this->prepare_sets(ranks(), workers())) activate();
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::Simulation(
+          class Volume, class Law, class Time>
+Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>::Simulation(
     const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
     const std::type_identity_t<Boundary>& walls)
     : Run(domain, facts_of<Kernel>(), Make::make(material, domain)), boundary(walls), execution(how) {
@@ -41,8 +42,8 @@ Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, La
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
-Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::add_to(
+          class Volume, class Law, class Time>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law, Time>::add_to(
     std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
     const Body body = sets_[number].add(samples, density, velocity, workers(), ranks().share());
     warn_of_spacing(samples);

@@ -38,14 +38,15 @@ enum class Data : std::uint32_t {
     velocities_before_forces = 1 << 11,  ///< velocities of nodes before forces act, for transfers that blend
     averages = 1 << 12,                  ///< averaged rates of volume change, in place of the masses of nodes
     gaps = 1 << 13,                      ///< whether mirrored walls touch matter
+    node_loads = 1 << 14,                ///< forces of loads on nodes
 };
 /// Returns the data of both.
 constexpr Data operator|(Data a, Data b) { return Data(std::uint32_t(a) | std::uint32_t(b)); }
 /// Returns the data that are in both.
 constexpr Data operator&(Data a, Data b) { return Data(std::uint32_t(a) & std::uint32_t(b)); }
 /// The data that last for a step.
-inline constexpr Data data_of_a_step =
-    Data::momenta | Data::node_velocities | Data::velocities_before_forces | Data::averages | Data::gaps;
+inline constexpr Data data_of_a_step = Data::momenta | Data::node_velocities | Data::velocities_before_forces |
+                                       Data::averages | Data::gaps | Data::node_loads;
 
 /// What a pass works on.
 enum class PassKind : std::uint8_t {

@@ -74,7 +74,7 @@ struct PassesOf {
         });
     }
 
-private:
+protected:
     /// A pass calls one of the functions below.
     template <auto function>
     static void by(Run& run, Now& now) {

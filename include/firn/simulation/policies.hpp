@@ -9,6 +9,7 @@
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/loops/execution.hpp>
+#include <firn/simulation/explicit.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/volumetric/own_volume.hpp>
@@ -18,7 +19,7 @@
 namespace firn::inline FIRN_BUILD {
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume, class Law>
+          class Volume, class Law, class Time>
 class Simulation;
 
 namespace detail {
@@ -42,6 +43,10 @@ template <class P>
 struct is_volumetric : std::bool_constant<has_averages_volume_flag<P>> {};
 template <class P>
 struct is_contact_law : std::bool_constant<has_between_groups_flag<P>> {};
+template <class P>
+concept says_explicit = requires { P::is_explicit; };
+template <class P>
+struct is_time_integration : std::bool_constant<says_explicit<P>> {};
 
 /// Has the member `type`: the first of `Policies` that is a policy of this kind; `Default` if there is none.
 template <template <class> class Kind, class Default, class... Policies>
@@ -56,22 +61,25 @@ inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
 /// Returns true. If a type is not a policy, or if two policies are of the same kind, the compiler stops with a message.
 template <class... Policies>
 consteval bool require_policies() {
-    constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
-                             is_execution<Policies>::value || is_boundary<Policies>::value ||
-                             is_volumetric<Policies>::value || is_contact_law<Policies>::value) &&
-                            ...);
+    constexpr bool known =
+        ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
+          is_execution<Policies>::value || is_boundary<Policies>::value || is_volumetric<Policies>::value ||
+          is_contact_law<Policies>::value || is_time_integration<Policies>::value) &&
+         ...);
     static_assert(
         known,
         "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a force form, a "
-        "kernel, an execution, a volumetric policy or a contact law. One argument is none of these. (A boundary has "
+        "kernel, an execution, a volumetric policy, a contact law or a time integration. One argument is none of "
+        "these. (A boundary has "
         "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
         "firn::Materials{snow, sand}; an acceleration field is given to step() or advance().)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
                           how_many<is_kernel, Policies...> <= 1 && how_many<is_execution, Policies...> <= 1 &&
-                          how_many<is_volumetric, Policies...> <= 1 && how_many<is_contact_law, Policies...> <= 1;
+                          how_many<is_volumetric, Policies...> <= 1 && how_many<is_contact_law, Policies...> <= 1 &&
+                          how_many<is_time_integration, Policies...> <= 1;
     static_assert(once,
-                  "firn: a simulation has one transfer, force form, kernel, execution, volumetric policy and contact "
-                  "law.");
+                  "firn: a simulation has one transfer, force form, kernel, execution, volumetric policy, contact law "
+                  "and time integration.");
     constexpr bool one_boundary = how_many<is_boundary, Policies...> <= 1;
     static_assert(one_boundary,
                   "firn: a simulation has one boundary; join several with firn::Together(walls, collider).");
@@ -99,7 +107,8 @@ struct chosen {
     using boundary = typename first_of_kind<is_boundary, Walls<precision_of_t<Material>, D>, Policies...>::type;
     using volume = typename first_of_kind<is_volumetric, OwnVolume, Policies...>::type;
     using contact = typename first_of_kind<is_contact_law, OneField, Policies...>::type;
-    using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary, volume, contact>;
+    using time = typename first_of_kind<is_time_integration, Explicit, Policies...>::type;
+    using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary, volume, contact, time>;
 };
 
 /// Has the member `are_all<Policies...>`: whether each of the given policies is one of the types `All`.

@@ -1,0 +1,119 @@
+/// \file Time integrations that solve equations in each step: QuasiStatic and Implicit.
+#pragma once
+
+#include <firn/implicit/newton.hpp>
+
+#include <cstddef>
+#include <limits>
+#include <string>
+
+namespace firn::inline FIRN_BUILD {
+
+namespace detail {
+template <class Time, class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume,
+          class Law>
+struct ImplicitPassesOf;
+}  // namespace detail
+
+/// How an implicit or quasi-static step was solved. A step that does not converge is taken in parts, and each part is a
+/// step of its own: these are the numbers of the last one.
+struct StepSolution {
+    bool has_converged = false;   ///< Whether the step was solved; if not, the step has thrown a convergence_error.
+    NewtonReport newton{};        ///< How Newton's method has ended: residuals, products, cuts.
+    int halvings = 0;             ///< How often the step was halved until it converged.
+    int newton_steps = 0;         ///< Number of Newton steps, those of attempts that failed included.
+    int products = 0;             ///< Number of products with the Hessian, those of attempts that failed included.
+    double largest_motion = 0;    ///< Largest motion of a node in the step [cells].
+    std::size_t small_nodes = 0;  ///< Number of nodes that follow others. \see SmallNodes
+};
+
+namespace detail {
+/// What QuasiStatic and Implicit share.
+struct SolvedSteps {
+    static constexpr bool is_explicit = false;  ///< Steps solve equations.
+    using Solution = StepSolution;              ///< What a simulation tells of the solution of its last step.
+
+    NewtonLimits newton{};              ///< When Newton's method stops, and how exactly it solves.
+    SmallNodeRule small_nodes{};        ///< Which nodes follow others.
+    int most_halvings = 12;             ///< How often a step is halved at most.
+    double largest_motion = unlimited;  ///< Largest motion of a node in a step [cells]; beyond it, a step is halved.
+
+    static constexpr double unlimited = std::numeric_limits<double>::infinity();  ///< No limit.
+
+    /// Checks the parameters.
+    /// \throws parameter_error  if one is out of range
+    void check() const {
+        const auto require = [](bool is_right, const char* name, double value, const char* range) {
+            if (!is_right) throw parameter_error(sentence("The ", name, " is ", value, "; it must be ", range, "."));
+        };
+        require(newton.tolerance > 0 && newton.tolerance < 1, "tolerance of Newton's method", newton.tolerance,
+                "between 0 and 1");
+        require(newton.iterations > 0, "number of Newton steps", newton.iterations, "positive");
+        require(newton.forcing > 0 && newton.forcing < 1, "forcing of Newton's method", newton.forcing,
+                "between 0 and 1");
+        require(newton.radius > 0, "radius of Newton's method", newton.radius, "positive");
+        require(newton.solver_iterations > 0, "number of products of a linear solve", newton.solver_iterations,
+                "positive");
+        require(newton.cuts >= 0, "number of cuts of a line search", newton.cuts, "0 or larger");
+        require(small_nodes.threshold >= 0 && small_nodes.threshold <= 1, "threshold of small nodes",
+                small_nodes.threshold, "from 0 to 1");
+        require(most_halvings >= 0, "number of halvings of a step", most_halvings, "0 or larger");
+        require(largest_motion > 0, "largest motion of a step", largest_motion, "positive");
+    }
+    /// Returns the parameters as a text: a restart to the same bits needs the same ones.
+    std::string description(bool /* exactly */) const {
+        std::string text = "solved steps";
+        for (const double number : {newton.tolerance, double(newton.iterations), newton.forcing, newton.least_forcing,
+                                    double(newton.solver_iterations), double(newton.cuts), newton.radius,
+                                    small_nodes.threshold, double(most_halvings), largest_motion})
+            text += " " + exact_text(number);
+        return text;
+    }
+};
+}  // namespace detail
+
+/// Quasi-static time integration: each step finds the equilibrium of the forces of particles with the loads, gravity
+/// and the boundary as they are at the end of the step. There is no inertia, and velocities are 0 after a step; time
+/// only says how far loads and the boundary have come.
+///
+///     firn::Simulation slope(domain, material, walls, firn::WeightGradientForce{}, firn::QuasiStatic{});
+///     slope.add(…);
+///     slope.advance(1);  // one load step: all of gravity at once
+///
+/// advance() takes one load step, or steps of `fixed_time_step`. A load step that does not converge is halved: its
+/// first half ends where forces are half-way between those at its start and the loads. Steps may move matter by many
+/// cells: a step is exact for any displacement of the nodes. A second step under the same loads lets the weights of
+/// nodes follow the matter.
+///
+/// Matter must be held: a body that a boundary leaves free to move or to turn, and matter without stiffness such as a
+/// fluid, have no equilibrium that a step could find, and end in a convergence_error; take Implicit.
+struct QuasiStatic : detail::SolvedSteps {
+    static constexpr const char* name = "quasi_static";
+    static constexpr bool has_inertia = false;  ///< Matter has no inertia.
+
+    /// The passes of a step of a simulation.
+    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
+    using Passes = detail::ImplicitPassesOf<QuasiStatic, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
+};
+
+/// Implicit time integration by backward Euler: forces are those at the end of a step, so a step is not bounded by the
+/// speed of sound. Waves that a step does not resolve die out.
+///
+/// A step is `fixed_time_step`, or so long that matter under the acceleration of the step would move by half a cell. A
+/// step that moves a node by more than `largest_motion`, or that does not converge, is halved.
+///
+/// The step minimises Σ m/(2 dt²) |u − dt v|² + Σ V0 ψ, less the work of loads: Radovitzky and Ortiz 1999, "Error
+/// estimation and adaptive meshing in strongly nonlinear dynamic problems", §2; for MPM Gast et al. 2015,
+/// "Optimization integrator for large time steps".
+struct Implicit : detail::SolvedSteps {
+    static constexpr const char* name = "implicit";
+    static constexpr bool has_inertia = true;  ///< Matter has inertia.
+
+    Implicit() { largest_motion = 0.5; }  ///< Takes the default parameters.
+
+    /// The passes of a step of a simulation.
+    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
+    using Passes = detail::ImplicitPassesOf<Implicit, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
+};
+
+}  // namespace firn::inline FIRN_BUILD

@@ -1,0 +1,149 @@
+/// \file The passes of an implicit or quasi-static step of a simulation.
+#pragma once
+
+#include <firn/implicit/integration.hpp>
+#include <firn/implicit/loads.hpp>
+#include <firn/implicit/nodal_step.hpp>
+#include <firn/simulation.hpp>
+#include <firn/transfer/pic.hpp>
+
+#include <tuple>
+
+namespace firn::inline FIRN_BUILD::detail {
+
+/// The passes of a type of simulation whose steps are solved. Those that are not here are PassesOf's.
+template <class Time, class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume,
+          class Law>
+struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law> {
+    using Base = PassesOf<Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
+    using Base::D;
+    using typename Base::Now;
+    using typename Base::S;
+    using typename Base::Sets;
+    /// How velocities go to the nodes and back. Without inertia, matter moves as the nodes do.
+    using Moves = std::conditional_t<Time::has_inertia, Transfer, Pic>;
+
+    static_assert(std::same_as<decltype(Simulation::execution), Coloured>,
+                  "firn: implicit and quasi-static steps run with the execution Coloured.");
+    static_assert(!Law::between_groups && !acts_by_gap<Boundary>,
+                  "firn: implicit and quasi-static steps know no contact groups and no GapContact.");
+    static_assert(std::same_as<Volume, OwnVolume>,
+                  "firn: implicit and quasi-static steps average no volumes: take OwnVolume in place of FBar or "
+                  "VolumeFilter.");
+
+    /// Returns the passes, in their order.
+    static PassList<S, D> list() {
+        using enum Data;
+        using enum PassKind;
+        PassList<S, D> all;
+        all.add({"sort", PassKind::sort, places | reports, partition, false, Base::template by<&Base::sort>});
+        all.add({"loads", scatter, places, node_loads, false, Base::template by<&ImplicitPassesOf::loads>});
+        all.add({"p2g", scatter, places | velocities | affine,
+                 blends_velocities<Moves> ? momenta | velocities_before_forces : momenta, false,
+                 Base::template by<&ImplicitPassesOf::p2g>});
+        if constexpr (refines_velocities<Moves>)
+            all.add({"refine velocities", scatter, momenta | places, momenta, false, Base::template by<&Base::refine>});
+        all.add({"solve", run, momenta | node_loads | places | states | boundary, node_velocities, false,
+                 Base::template by<&ImplicitPassesOf::solve>});
+        all.add({"g2p", gather, node_velocities, places | velocities | affine | stresses | states | reports, true,
+                 Base::template by<&ImplicitPassesOf::g2p>});
+        all.add({"end g2p", run, reports, boundary, false, Base::template by<&Base::end_g2p>});
+        all.add({"sinks and sources", run, places, particles, false, Base::template by<&Base::end_step>});
+        return all;
+    }
+
+    /// Prepares the particles and returns the length of the next step [s]: the fixed time step, or what the motion of
+    /// matter allows; infinite if nothing limits it. \param duration  how long to advance [s]
+    template <class Acceleration>
+    static double next_time_step(Simulation& of, const Acceleration& acceleration, double duration) {
+        check_acceleration<D>(acceleration);
+        of.integration.check();
+        if (of.fixed_time_step < 0 || !std::isfinite(of.fixed_time_step))
+            throw parameter_error(sentence("The fixed time step is ", of.fixed_time_step,
+                                           " s; it must be positive, or 0 for steps by motion."));
+        of.prepare();
+        double dt = of.fixed_time_step > 0 ? of.fixed_time_step : SolvedSteps::unlimited;
+        if constexpr (Time::has_inertia)
+            if (of.fixed_time_step == 0) dt = time_to_move(of, acceleration);
+        if (!std::isfinite(dt) && !std::isfinite(duration))
+            throw parameter_error(
+                "Nothing says how long a step is: set fixed_time_step, or call advance() in place of step().");
+        for (const SetOf<S, D>& set : of.sets())
+            if (const double burst = set.next_burst() - of.time(); burst > 0) dt = std::min(dt, burst);
+        return dt;
+    }
+
+private:
+    using Vectors = NodeVectors<S, D>;
+
+    /// Returns the time [s] in which matter would move by half a cell, were there no forces but the acceleration.
+    template <class Acceleration>
+    static double time_to_move(Simulation& of, const Acceleration& acceleration) {
+        double fastest = speed_of_boundary<S>(of.boundary, of.domain()), largest = 0;
+        of.for_materials([&](auto& set, std::size_t) { fastest = std::max(fastest, largest_speed_of(set.particles)); });
+        if constexpr (is_uniform<Acceleration>)
+            largest = size_of_uniform(acceleration, false);
+        else
+            largest = acceleration_at_particles(of.sets_, of.domain(), acceleration, of.workers());
+        const double way = std::min(of.integration.largest_motion, 0.5) * of.domain().cell_size;
+        // The positive root of v t + a t²/2 = way, in the form that does not cancel.
+        return 2 * way / (fastest + std::sqrt(fastest * fastest + 2 * largest * way));
+    }
+
+    static void loads(Simulation& of, Now& now) {
+        loads_of_nodes<Kernel>(of.grid_, now.threads, layer::of_loads, of.sets_, now.dt, [&] {
+            // Loads are those at the end of the step.
+            const Moment begin = of.now_;
+            of.now_.time += now.dt;
+            const ScopeEnd put_back{[&] { of.now_ = begin; }};
+            of.push(now.dt, false, now.ranks, now.threads);
+        });
+    }
+    static void p2g(Simulation& of, Now& now) {
+        Base::with_sets(of, [&](Sets sets) {
+            p2g_with_velocities<Kernel, Moves, NoForceFor<Moves>>(of.execution, of.grid_, now.mirrors, now.dt, sets);
+        });
+    }
+    static void solve(Simulation& of, Now& now) {
+        Base::with_sets(of, [&](Sets sets) {
+            NodalStep<Time, Kernel, S, D> step(of.grid_, now.threads, of.integration, of.boundary, sets);
+            const double whole = now.dt;
+            of.solution = step.take(whole, [&](double dt) {
+                now.dt = dt;
+                auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
+                return step.solve(potential, dt / whole, [&] { now.largest_acceleration = now.update_grid(); });
+            });
+            if (!of.solution.has_converged)
+                throw_not_converged<D>(of.solution, of.now_, whole, of.integration.largest_motion, {});
+            if (of.reactions) {
+                auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
+                step.react(potential, now, of.boundary, *of.reactions);
+                for (LoadReaction<D>& one : of.reactions->loads)
+                    for_impulses(one.reaction, [&](double& impulse) { impulse *= now.dt / whole; });
+            }
+            step.leave_velocities(now.dt);
+        });
+    }
+    template <std::size_t... I>
+    static auto potential_of(Simulation& of, const Now& now, std::index_sequence<I...>) {
+        return IncrementalPotential(of.grid_, now.dt, now.threads, displaced(of.template set_at<I>())...);
+    }
+    template <class Set>
+    static auto displaced(Set& set) {
+        using View = decltype(set.particles.view());
+        return DisplacedSet<Kernel, Force, View, std::remove_cvref_t<decltype(set.material)>>(
+            ParticleSet<View>{set.particles.view(), set.partition}, set.material);
+    }
+    static void g2p(Simulation& of, Now& now) {
+        Base::gather_set(of, now, [&](auto& set) {
+            Moves moves{};
+            if constexpr (Time::has_inertia) moves = of.transfer;
+            const PassReport pass = g2p_pass<Kernel, Moves, Force, Volume>(
+                now.threads, set.particles.view(), set.partition, of.grid_, set.material, now.time_step(), moves);
+            if constexpr (!Time::has_inertia) stop(set.particles);
+            return pass;
+        });
+    }
+};
+
+}  // namespace firn::inline FIRN_BUILD::detail
