@@ -20,6 +20,8 @@ struct ImplicitPassesOf;
 struct StepSolution {
     bool has_converged = false;   ///< Whether the step was solved; if not, the step has thrown a convergence_error.
     NewtonReport newton{};        ///< How Newton's method has ended: residuals, products, cuts.
+    bool has_settled = false;     ///< Whether contact with the boundary does not change any more.
+    int rounds = 0;               ///< How often friction and separation were found anew, and the nodes solved for.
     int halvings = 0;             ///< How often the step was halved until it converged.
     int newton_steps = 0;         ///< Number of Newton steps, those of attempts that failed included.
     int products = 0;             ///< Number of products with the Hessian, those of attempts that failed included.
@@ -35,6 +37,7 @@ struct SolvedSteps {
 
     NewtonLimits newton{};              ///< When Newton's method stops, and how exactly it solves.
     SmallNodeRule small_nodes{};        ///< Which nodes follow others.
+    int most_rounds = 40;               ///< How often friction and separation are found anew at most.
     int most_halvings = 12;             ///< How often a step is halved at most.
     double largest_motion = unlimited;  ///< Largest motion of a node in a step [cells]; beyond it, a step is halved.
 
@@ -57,6 +60,7 @@ struct SolvedSteps {
         require(newton.cuts >= 0, "number of cuts of a line search", newton.cuts, "0 or larger");
         require(small_nodes.threshold >= 0 && small_nodes.threshold <= 1, "threshold of small nodes",
                 small_nodes.threshold, "from 0 to 1");
+        require(most_rounds > 0, "number of rounds", most_rounds, "positive");
         require(most_halvings >= 0, "number of halvings of a step", most_halvings, "0 or larger");
         require(largest_motion > 0, "largest motion of a step", largest_motion, "positive");
     }
@@ -65,7 +69,7 @@ struct SolvedSteps {
         std::string text = "solved steps";
         for (const double number : {newton.tolerance, double(newton.iterations), newton.forcing, newton.least_forcing,
                                     double(newton.solver_iterations), double(newton.cuts), newton.radius,
-                                    small_nodes.threshold, double(most_halvings), largest_motion})
+                                    small_nodes.threshold, double(most_rounds), double(most_halvings), largest_motion})
             text += " " + exact_text(number);
         return text;
     }

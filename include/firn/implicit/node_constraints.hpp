@@ -1,25 +1,33 @@
-/// \file The nodes that a boundary holds, as linear constraints of an implicit step.
+/// \file The nodes that a boundary holds, as linear constraints of an implicit step; where it acts with friction or
+/// lets matter separate, they are found together with the forces by which it holds.
 #pragma once
 
 #include <firn/boundary/measured_from.hpp>
 #include <firn/core/parallel.hpp>
+#include <firn/data/aligned.hpp>
 #include <firn/loops/grid_update.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
 /// What a boundary leaves of a node's motion: v → P v + c, with a projection P and a velocity c. So it is for `stick`
 /// (P = 0) and for `slip` without friction (P = I − n nᵀ). P and c are read from the boundary's own velocity().
+///
+/// Friction and separation are not linear: there P and c, and the force of friction along the surface, hold for one
+/// velocity v and one force R of the boundary on the node. renew() finds them for the last ones, until nothing changes.
+/// Then v = B(v − ρ R), with the boundary's velocity B() and any ρ > 0: Alart and Curnier 1991, "A mixed formulation
+/// for frictional contact problems prone to Newton like solution methods", whose projections B() is.
 template <std::floating_point S, int D>
 class NodeConstraints {
 public:
-    /// Finds the constraints of all nodes of the grid.
+    /// Finds the constraints of all nodes of the grid. Where they are not linear, they are those of matter at rest.
     /// \param threads  number of threads; 0: thread_count() chooses
-    /// \throws usage_error  if the boundary does not act linearly at a node: with friction, or with separation; or if
-    /// it
-    ///                      has mirrored walls
+    /// \throws usage_error  if the boundary has mirrored walls
     template <class Boundary>
     NodeConstraints(const SparseGrid<S, D>& grid, const Boundary& boundary, int threads) {
         static_assert(detail::require_boundary<Boundary, S, D>());
@@ -32,7 +40,9 @@ public:
         detail::refuse_mirrors(boundary);
         const double h = grid.domain().cell_size;
         const auto here = on_grid(measured_from(boundary, grid.domain().lower), h);
-        const auto lifted = lift<double>(here);
+        after_ = [lifted = lift<double>(here)](const Vec<double, D>& x, const Vec<double, D>& v) {
+            return velocity_after(lifted, x, v, NoInertia{});
+        };
         std::vector<std::vector<Constraint>> of_blocks(grid.block_count());
         parallel_for(
             grid.block_count(), thread_count(threads),
@@ -42,16 +52,21 @@ public:
                 for (int i = 0; i < block_nodes<D>; ++i) {
                     Vec<double, D> x = corners.low;
                     for (int a = 0; a < D; ++a) x[a] += h * place_in_block<D>(i, a);
-                    find(lifted, x, std::uint32_t(b * std::size_t(block_nodes<D>)) + std::uint32_t(i), of_blocks[b]);
+                    find(x, std::uint32_t(b * std::size_t(block_nodes<D>)) + std::uint32_t(i), of_blocks[b]);
                 }
             },
             16);
-        for (const auto& of_block : of_blocks) all_.insert(all_.end(), of_block.begin(), of_block.end());
-        for (const Constraint& one : all_)
-            if (!one.is_linear) refuse(grid, one.node);
+        for (const auto& of_block : of_blocks)
+            for (const Constraint& one : of_block) {
+                if (!one.is_linear) contacts_.push_back(all_.size());
+                all_.push_back(one);
+            }
     }
 
     std::size_t count() const { return all_.size(); }  ///< Number of nodes that the boundary holds.
+
+    /// Whether friction or separation acts at a node, so that constraints depend on the solution. \see renew
+    bool are_nonlinear() const { return !contacts_.empty(); }
 
     /// Replaces the vectors v of constrained nodes by P v: what is free of a change of their displacements, or of the
     /// force on them. \param numbers  those of all nodes
@@ -66,12 +81,57 @@ public:
         });
     }
 
+    /// Lets some nodes go where friction or separation acts: those that follow others, whose motion no force of their
+    /// own decides. \param nodes  indices of the nodes, ascending
+    void release(const std::vector<std::uint32_t>& nodes) {
+        std::erase_if(contacts_, [&](std::size_t i) {
+            Constraint& one = all_[i];
+            const bool follows = std::ranges::binary_search(nodes, one.node);
+            if (follows) one.P = Mat<S, D>::identity(), one.velocity = Vec<S, D>::zero();
+            return follows;
+        });
+    }
+    /// Finds the constraints at nodes with friction or separation, for the velocities that nodes would have without the
+    /// boundary. \param velocities  those of all nodes [m/s]
+    void begin(const S* velocities) {
+        for (const std::size_t i : contacts_) set(all_[i], cast<double>(get(velocities, all_[i].node)), 0);
+    }
+    /// Finds these constraints for a displacement, and for the forces by which the boundary held the nodes with the
+    /// constraints so far.
+    /// \param u       the displacements of all nodes [m]
+    /// \param forces  the forces of the boundary on all nodes [N], without friction
+    /// \param blocks  the diagonal blocks of the Hessian [N/m]: by the stiffness of a node, ρ weighs forces against
+    ///                velocities. \see hessian_diagonal
+    /// \param dt      time of the step [s];  \param least  an error of the forces that may remain [N]
+    /// \return  whether the boundary would exert other forces on nodes that move so, by more than `least`
+    bool renew(const S* u, const S* forces, const aligned_vector<S>& blocks, double dt, double least) {
+        double squared = 0;
+        for (const std::size_t i : contacts_) {
+            Constraint& one = all_[i];
+            double stiffness = 0;
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                stiffness += double(blocks[one.node * std::size_t(D * D) + a * std::size_t(D + 1)]) / D;
+            if (!(stiffness > 0)) continue;
+            const double per_force = 1 / (stiffness * dt);
+            const Vec<double, D> v = cast<double>(get(u, one.node)) * (1 / dt),
+                                 R = cast<double>(get(forces, one.node) + one.friction);
+            const Vec<double, D> error = (set(one, v - R * per_force, per_force) - v) * (1 / per_force);
+            squared += dot(error, error);
+        }
+        return std::sqrt(squared) > least;
+    }
+    /// Adds the forces of friction to forces on all nodes [N].
+    void add_friction(S* forces) const {
+        for (const std::size_t i : contacts_) put(get(forces, all_[i].node) + all_[i].friction, forces, all_[i].node);
+    }
+
 private:
     struct Constraint {
         std::uint32_t node;
         bool is_linear;
+        Vec<double, D> x;  ///< from the domain's corner [m]
         Mat<S, D> P;
-        Vec<S, D> velocity;
+        Vec<S, D> velocity, friction;
     };
 
     template <class F>
@@ -88,17 +148,14 @@ private:
     }
 
     /// Probes the boundary with a few velocities of about 1 m/s.
-    template <class Boundary>
-    static void find(const Boundary& boundary, const Vec<double, D>& x, std::uint32_t node,
-                     std::vector<Constraint>& found) {
-        const auto after = [&](const Vec<double, D>& v) { return velocity_after(boundary, x, v, NoInertia{}); };
-        const Vec<double, D> c = after(Vec<double, D>::zero());
+    void find(const Vec<double, D>& x, std::uint32_t node, std::vector<Constraint>& found) const {
+        const Vec<double, D> c = after_(x, Vec<double, D>::zero());
         Mat<double, D> P{};
         bool is_free = dot(c, c) == 0;
         for (int j = 0; j < D; ++j) {
             Vec<double, D> e = Vec<double, D>::zero();
             e[j] = 1;
-            const Vec<double, D> column = after(e) - c;
+            const Vec<double, D> column = after_(x, e) - c;
             for (int i = 0; i < D; ++i) P(i, j) = column[i];
             is_free = is_free && column == e;
         }
@@ -106,21 +163,53 @@ private:
         for (int sign = -1; sign <= 1; sign += 2) {
             Vec<double, D> v{};
             for (int a = 0; a < D; ++a) v[a] = sign * (1 - 0.31 * a);
-            const Vec<double, D> error = after(v) - (P * v + c);
+            const Vec<double, D> error = after_(x, v) - (P * v + c);
             is_linear = is_linear && dot(error, error) <= 1e-20 * (1 + dot(c, c));
         }
-        if (!is_free || !is_linear) found.push_back({node, is_linear, cast<S>(P), cast<S>(c)});
+        if (is_free && is_linear) return;
+        found.push_back({node, is_linear, x, cast<S>(P), cast<S>(c), Vec<S, D>::zero()});
     }
-    [[noreturn, gnu::cold]] static void refuse(const SparseGrid<S, D>& grid, std::uint32_t node) {
-        const std::size_t nodes = std::size_t(block_nodes<D>);
-        const Vec<double, D> x = node_position(grid, node / nodes, int(node % nodes));
-        std::string place = sentence(x[0]);
-        for (int a = 1; a < D; ++a) place += sentence(", ", x[a]);
-        throw usage_error(sentence("The boundary at the node (", place,
-                                   ") m acts with friction or lets matter separate, which an implicit step does not "
-                                   "solve for. Take Contact::stick, or Contact::slip with friction 0."));
+    /// Sets what the boundary does to a node that would have the velocity v without it.
+    /// \param per_force  the change of that velocity for a force of the boundary [m/(s N)]
+    /// \return  the velocity after the boundary has acted [m/s]
+    Vec<double, D> set(Constraint& one, const Vec<double, D>& v, double per_force) const {
+        const Vec<double, D> after = after_(one.x, v);
+        const double size = std::max(norm(v), norm(after));
+        Mat<double, D> P = Mat<double, D>::identity();
+        Vec<double, D> friction = Vec<double, D>::zero();
+        if (norm(after - v) > 1e-12 * size) {
+            P = freedom(one.x, v, after, 1e-6 * size);
+            if (per_force > 0) friction = P * (after - v) * (1 / per_force);
+        }
+        one.P = cast<S>(P);
+        one.velocity = cast<S>(after - P * after);
+        one.friction = cast<S>(friction);
+        return after;
+    }
+    /// Returns the projection onto the directions in which the velocity after the boundary has acted changes with the
+    /// velocity before. \param after  after_(x, v);  \param small  a small speed [m/s]
+    Mat<double, D> freedom(const Vec<double, D>& x, const Vec<double, D>& v, const Vec<double, D>& after,
+                           double small) const {
+        std::array<Vec<double, D>, std::size_t(D)> columns;
+        for (int j = 0; j < D; ++j) {
+            Vec<double, D> beside = v;
+            beside[j] += small;
+            columns[std::size_t(j)] = (after_(x, beside) - after) * (1 / small);
+        }
+        Mat<double, D> P = Mat<double, D>::zero();
+        for (int rank = 0; rank < D; ++rank) {  // Gram-Schmidt, the longest column first
+            const auto longest = std::max_element(columns.begin(), columns.end(),
+                                                  [](const auto& a, const auto& b) { return dot(a, a) < dot(b, b); });
+            if (dot(*longest, *longest) < 1e-6) break;
+            const Vec<double, D> e = *longest * (1 / norm(*longest));
+            P += outer(e, e);
+            for (auto& column : columns) column = column - e * dot(e, column);
+        }
+        return P;
     }
 
+    std::function<Vec<double, D>(const Vec<double, D>&, const Vec<double, D>&)> after_;
+    std::vector<std::size_t> contacts_;  // indices of the constraints that are not linear
     std::vector<Constraint> all_;
 };
 

@@ -111,7 +111,7 @@ private:
             of.solution = step.take(whole, [&](double dt) {
                 now.dt = dt;
                 auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
-                return step.solve(potential, dt / whole, [&] { now.largest_acceleration = now.update_grid(); });
+                step.solve(potential, dt / whole, [&] { now.largest_acceleration = now.update_grid(); });
             });
             if (!of.solution.has_converged)
                 throw_not_converged<D>(of.solution, of.now_, whole, of.integration.largest_motion, {});

@@ -214,6 +214,75 @@ TEST_CASE("A load step that is too large is halved, and ends at the same equilib
     CHECK(std::abs(highest - same) < 2e-3 * (1 - highest));
 }
 
+/// A block of 8 × 4 cells that lies on a rough floor, from which it may lift off.
+template <class Time, class Force = WeightGradientForce>
+auto on_rough_floor(double friction, double angle, double g = 9.81) {
+    const double h = 0.05;
+    const Domain<2> domain({-8 * h, -4 * h}, {24 * h, 12 * h}, h);
+    auto walls = Walls<double, 2>::all({-8 * h, 0}, {24 * h, 12 * h}, {Contact::separate, 0});
+    walls.at_lower[1].friction = friction;
+    Simulation simulation(domain, NeoHookean<double>::from_young_poisson(1e6, 0.3), walls, Force{}, Time{},
+                          Flip<double>{1});
+    simulation.warn = {};
+    simulation.add(sample_box<2>({0, 0}, {8 * h, 4 * h}, {.spacing = h / 2}), 1000);
+    simulation.gravity = {g * std::sin(angle), -g * std::cos(angle)};
+    simulation.integration.newton.tolerance = 1e-6;
+    simulation.reactions.emplace();
+    return simulation;
+}
+/// What the floor and the walls exert, in parts of the weight.
+template <class Simulation>
+Vec<double, 2> reaction(const Simulation& simulation) {
+    Vec<double, 2> sum{};
+    for (const auto& part : simulation.reactions->parts) sum += part.impulse;
+    return sum * (1 / (simulation.last_time_step() * 0.4 * 0.2 * 1000 * 9.81));
+}
+
+TEMPLATE_TEST_CASE("A rough floor holds a block up to the angle of friction, tan α = μ", "[implicit]", MlsForce,
+                   WeightGradientForce) {
+    for (const double angle : {0.2, 0.42}) {  // the angle of friction is 0.464
+        auto simulation = on_rough_floor<QuasiStatic, TestType>(0.5, angle);
+        for (int step = 0; step < 2; ++step) {
+            simulation.advance(1);
+            CHECK(simulation.solution.has_settled);
+            CHECK(simulation.solution.halvings == 0);
+            CHECK(std::abs(reaction(simulation)[0] + std::sin(angle)) < 1e-5);
+            CHECK(std::abs(reaction(simulation)[1] - std::cos(angle)) < 1e-5);
+        }
+    }
+    auto simulation = on_rough_floor<QuasiStatic, TestType>(0.5, 0.5);
+    simulation.integration.most_halvings = 2;
+    CHECK_THROWS_AS(simulation.advance(1), convergence_error);
+}
+
+TEST_CASE("A block slides down a rough floor as Coulomb says, and flies off where gravity points up", "[implicit]") {
+    const double mu = 0.3, angle = 0.6;
+    auto simulation = on_rough_floor<Implicit>(mu, angle);
+    simulation.fixed_time_step = 0.01;
+    simulation.advance(0.2);  // the block has come to rest on the floor, and slides
+    const auto speed = [&] {
+        double sum = 0;
+        for_particles(simulation, [&](std::size_t slot) { sum += simulation.particles().velocity(slot)[0]; });
+        return sum / double(simulation.particles().size());
+    };
+    const double before = speed();
+    Vec<double, 2> mean{};
+    for (int step = 0; step < 10; ++step) {
+        simulation.step();
+        const Vec<double, 2> now = reaction(simulation);
+        CHECK(std::abs(now[0] + mu * now[1]) < 1e-3);
+        mean += now * 0.1;
+    }
+    CHECK(std::abs(mean[1] - std::cos(angle)) < 0.02);
+    CHECK(speed() - before == Approx(0.1 * 9.81 * (std::sin(angle) - mu * std::cos(angle))).epsilon(0.03));
+
+    auto up = on_rough_floor<Implicit>(mu, 0, -9.81);
+    up.fixed_time_step = 0.01;
+    up.advance(0.1);
+    CHECK(norm(reaction(up)) == 0);
+    CHECK(centre(up)[1] - 0.1 == Approx(0.5 * 9.81 * 0.1 * 0.11).epsilon(1e-6));
+}
+
 TEST_CASE("What cannot be solved is told, and nothing is lost", "[implicit]") {
     SECTION("no equilibrium") {
         auto simulation = column(NeoHookean<double>::from_young_poisson(10, poisson), QuasiStatic{});
