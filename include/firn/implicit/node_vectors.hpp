@@ -48,6 +48,12 @@ public:
             std::copy(b + first, b + last, a + first);
         });
     }
+    /// Computes y ← s x. \param y, x  the vectors
+    void set(std::size_t y, double s, std::size_t x) const {
+        for_blocks([to = numbers(y), from = numbers(x), s = S(s)](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) to[i] = s * from[i];
+        });
+    }
     /// Computes y ← y + s x. \param y, x  the vectors
     void add(std::size_t y, double s, std::size_t x) const {
         for_blocks([to = numbers(y), from = numbers(x), s = S(s)](std::size_t first, std::size_t last) {

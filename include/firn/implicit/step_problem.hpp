@@ -3,7 +3,7 @@
 ///     Φ(u) = Π(u) − Σ fᵢ · uᵢ + Σ mᵢ/(2 dt²) |uᵢ − ûᵢ|²
 ///
 /// fᵢ are the loads on the nodes, mᵢ their masses, û the displacement without forces, dt v. Without inertia (dt = ∞)
-/// a step is quasi-static.
+/// a step is quasi-static. Matter without a potential has no Φ, only its gradient, the forces that are out of balance.
 #pragma once
 
 #include <firn/implicit/linear_system.hpp>
@@ -32,13 +32,12 @@ aligned_vector<S> masses_of_nodes(const SparseGrid<S, D>& grid) {
 template <class Potential, std::floating_point S, int D>
 class StepProblem : public LinearSystem<Potential, S, D> {
     using System = LinearSystem<Potential, S, D>;
-    static_assert(
-        Potential::is_symmetric,
-        "firn: an implicit step takes materials with an energy_density() and without plastic flow or viscosity.");
 
 public:
     using scalar_type = S;               ///< The scalar type: float or double.
     static constexpr int dimension = D;  ///< The dimension: 2 or 3.
+    /// Whether all materials have a potential: then there is a Φ, and its Hessian is symmetric.
+    static constexpr bool is_symmetric = Potential::is_symmetric;
 
     /// Makes the problem of a potential, with the small nodes and the constraints of its grid.
     /// \param loads    the layer with the loads on all nodes [N]
@@ -47,12 +46,14 @@ public:
                 std::size_t loads, const std::optional<NodalInertia<S>>& inertia)
         : System(potential, small, constraints), potential_(potential), loads_(loads), inertia_(inertia) {}
 
-    /// What a displacement of the nodes means: Φ [J] in place of Π. \param u  the layer of the displacement
+    /// What a displacement of the nodes means: Φ [J] in place of Π; NaN if there is no Φ. \param u  the layer of the
+    /// displacement
     DisplacementReport displace(std::size_t u) {
         DisplacementReport report = potential_.displace(u);
-        const auto vectors = this->vectors();
-        report.energy -= vectors.dot(loads_, u);
-        if (inertia_) report.energy += inertial_energy(u);
+        if constexpr (is_symmetric) {
+            report.energy -= this->vectors().dot(loads_, u);
+            if (inertia_) report.energy += inertial_energy(u);
+        }
         return report;
     }
     /// Sets the present numbers of the nodes to the gradient of Φ on the unknowns [N], at the displacement of the last

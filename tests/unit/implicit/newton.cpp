@@ -1,89 +1,10 @@
 // sanitized: -O1
 /// \file Newton's method for one step: equilibrium by definition, quadratic convergence, backward Euler.
-#include "support/implicit.hpp"
-#include <firn/implicit/newton.hpp>
+#include "support/implicit_step.hpp"
 
 namespace implicit_newton_tests {
 using namespace firn;
 using namespace implicit_steps;
-
-/// A block that stands on a floor, or flies.
-template <class Scene>
-struct Step {
-    static constexpr int D = Scene::D;
-    using S = typename Scene::S;
-    static constexpr std::size_t u = 3, loads = 4, free_motion = 5;
-    static constexpr NewtonLayers layers{u, {6, 7, 8, 9}, 10};
-
-    Scene& block;
-    int threads;
-    bool stands;
-    Numbers masses, weights, free = Numbers::Zero(block.size());
-    std::optional<SmallNodes<S, D>> small;
-    std::optional<NodeConstraints<S, D>> constraints;
-    std::optional<NodalInertia<S>> inertia;
-
-    Step(Scene& of, double gravity, bool on_floor = true, int workers = 1)
-        : block(of), threads(workers), stands(on_floor) {
-        const auto set = firn::detail::motion_of_set(block.set());
-        const std::array sets{set};
-        using View = std::remove_cvref_t<decltype(set.view)>;
-        p2g<typename Scene::Kernel, Pic, NoForce>(Coloured{threads}, block.grid, 0, ParticleSets<View>(sets));
-        const aligned_vector<S> of_nodes = masses_of_nodes(block.grid);
-        masses = weights = Numbers::Zero(block.size());
-        for (int i = 0; i < block.size(); ++i) {
-            masses[i] = double(of_nodes[block.offsets[std::size_t(i / D)] / node_width]);
-            if (i % D == 1) weights[i] = -gravity * masses[i];
-        }
-        scatter_volumes<typename Scene::Kernel>(block.grid, threads, ParticleSets<View>(sets));
-        small.emplace(block.grid, SmallNodeRule{}, threads);
-        auto walls = Walls<S, D>::all(Vec<double, D>::filled(stands ? 0.32 : -0.2), Vec<double, D>::filled(4.4),
-                                      {Contact::slip, 0});
-        if (stands) walls.at_lower[1].contact = Contact::stick;
-        constraints.emplace(block.grid, walls, threads);
-    }
-    /// Backward Euler of dt, from the velocity v.
-    void set_inertia(double dt, const Vec<double, D>& v) {
-        NodalInertia<S> one{aligned_vector<S>(block.grid.block_count() * std::size_t(block_nodes<D>), S(0)), dt,
-                            free_motion};
-        for (int i = 0; i < block.size(); ++i) {
-            one.masses[block.offsets[std::size_t(i / D)] / node_width] = S(masses[i]);
-            free[i] = dt * v[i % D];
-        }
-        inertia = one;
-    }
-    auto solve(const NewtonLimits& limits) {
-        auto potential = block.potential(threads);
-        StepProblem problem(potential, *small, *constraints, loads, inertia);
-        const auto vectors = problem.vectors();
-        for (const std::size_t k : {u, loads, free_motion}) vectors.make(k);
-        block.put(weights, loads);
-        block.put(free, free_motion);
-        block.put(free, u);
-        problem.to_displacement(u);
-        NewtonReport report = newton(problem, layers, limits);
-        vectors.copy(0, u);
-        return std::pair{block.get(), report};
-    }
-    /// What is out of balance at u, in parts of the loads: forces on all nodes, weighted by all displacements that the
-    /// unknowns allow.
-    double imbalance(const Numbers& at) {
-        Numbers rest = block.gradient(at) - weights;
-        if (inertia) rest += masses.cwiseProduct(at - free) / (inertia->dt * inertia->dt);
-        double sum = 0;
-        const int n = block.size();
-        auto potential = block.potential();
-        LinearSystem system(potential, *small, *constraints);
-        for (int i = 0; i < n; ++i) {
-            system.vectors().fill(0, 0);
-            block.grid.nodes(0)[block.offsets[std::size_t(i / D)] + std::size_t(i % D)] = 1;
-            system.to_displacement(0);
-            const double work = block.get().dot(rest);
-            sum += work * work;
-        }
-        return std::sqrt(sum) / weights.norm();
-    }
-};
 
 template <int D, class M = NeoHookean<double>, class Force = WeightGradientForce>
 auto soft_block(int n) {
@@ -116,7 +37,7 @@ TEST_CASE("Inexact steps find the same equilibrium, with the same bits for any n
     CHECK(of_exact.has_converged);
     Numbers expected;
     for (const int threads : {1, 2, 3}) {
-        const auto [u, report] = Step(block, 5, true, threads).solve({});
+        const auto [u, report] = Step(block, 5, Floor::stick, threads).solve({});
         CHECK(report.has_converged);
         CHECK(report.products < of_exact.products);
         CHECK((u - exact).norm() < 3e-3 * exact.norm());
@@ -130,7 +51,7 @@ TEST_CASE("Backward Euler: free fall is exact, and a floor brakes it", "[implici
     const double dt = 0.02;
     const Vec<double, 2> v{0.3, -0.5};
     {
-        Step step(block, 10, false);
+        Step step(block, 10, Floor::none);
         step.set_inertia(dt, v);
         const auto [u, report] = step.solve({.tolerance = 1e-10, .forcing = 1e-12});
         CHECK(report.has_converged);
