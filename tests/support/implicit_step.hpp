@@ -18,7 +18,7 @@ struct Step {
     static constexpr int D = Scene::D;
     using S = typename Scene::S;
     static constexpr std::size_t u = 3, loads = 4, free_motion = 5;
-    static constexpr NewtonLayers layers{u, {6, 7, 8, 9}, 10, 11};
+    NewtonLayers layers{u, {6, 7, 8, 9}, 10, 11};
 
     Scene& block;
     int threads;
@@ -65,8 +65,10 @@ struct Step {
         }
         inertia = one;
     }
-    auto solve(const NewtonLimits& limits) {
-        auto potential = block.potential(threads);
+    auto solve(const NewtonLimits& limits) { return solve(limits, block.potential(threads)); }
+    /// \param potential  in place of the block's
+    template <class Potential>
+    auto solve(const NewtonLimits& limits, Potential potential) {
         StepProblem problem(potential, *small, *constraints, loads, inertia);
         const auto vectors = problem.vectors();
         for (const std::size_t k : {u, loads, free_motion}) vectors.make(k);
@@ -89,15 +91,30 @@ struct Step {
     }
     /// What is out of balance at u, in parts of the loads: forces on all nodes, weighted by all displacements that the
     /// unknowns allow.
-    double imbalance(const Numbers& at) {
-        Numbers rest = block.gradient(at) - weights;
-        if (inertia) rest += masses.cwiseProduct(at - free) / (inertia->dt * inertia->dt);
-        double sum = 0;
-        for (int i = 0; i < block.size(); ++i) {
-            const double work = allowed(i).dot(rest);
-            sum += work * work;
+    double imbalance(const Numbers& at) { return imbalance(at, block.gradient(at)); }
+    /// \param gradient  of the potential, at u
+    double imbalance(const Numbers& at, const Numbers& gradient) { return works(at, gradient).norm() / weights.norm(); }
+    /// The position of the node that is worst out of balance at u.
+    std::vector<double> worst(const Numbers& at) {
+        const Numbers of_numbers = works(at, block.gradient(at));
+        double largest = 0;
+        std::vector<double> position(D);
+        for (const auto& [index, number] : block.nodes) {
+            const double here = of_numbers.segment<D>(D * number).norm();
+            if (here <= largest) continue;
+            largest = here;
+            for (int a = 0; a < D; ++a)
+                position[std::size_t(a)] = block.domain.lower[a] + block.domain.cell_size * index[std::size_t(a)];
         }
-        return std::sqrt(sum) / weights.norm();
+        return position;
+    }
+
+private:
+    Numbers works(const Numbers& at, const Numbers& gradient) {
+        Numbers rest = gradient - weights, all(block.size());
+        if (inertia) rest += masses.cwiseProduct(at - free) / (inertia->dt * inertia->dt);
+        for (int i = 0; i < block.size(); ++i) all[i] = allowed(i).dot(rest);
+        return all;
     }
 };
 

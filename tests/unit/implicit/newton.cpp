@@ -67,10 +67,62 @@ TEST_CASE("Backward Euler: free fall is exact, and a floor brakes it", "[implici
 
 TEST_CASE("A load that matter cannot bear ends in a report, not in NaN", "[implicit]") {
     auto block = soft_block<2>(10);
-    const auto [u, report] = Step(block, 1e5).solve({.iterations = 8});
+    Step step(block, 1e5);
+    const auto [u, report] = step.solve({.iterations = 8});
     CHECK(!report.has_converged);
+    CHECK(report.end != NewtonEnd::converged);
     CHECK(u.allFinite());
     for (const double residual : report.residuals) CHECK(std::isfinite(residual));
+    CHECK(report.worst == step.worst(u));
+}
+
+TEST_CASE("A report says why Newton's method has ended, and where it is worst out of balance", "[implicit]") {
+    auto block = soft_block<2>(10);
+    Step step(block, 20);
+    const auto [u, report] = step.solve({.iterations = 1});
+    CHECK(!report.has_converged);
+    CHECK(report.end == NewtonEnd::too_many_steps);
+    CHECK(report.worst == step.worst(u));
+    const auto [v, converged] = step.solve({});
+    CHECK(converged.end == NewtonEnd::converged);
+    CHECK(converged.worst == step.worst(v));
+    // Two cells of motion turn particles at the floor inside out.
+    step.set_inertia(0.1, {0, -3});
+    const auto [w, inverted] = step.solve({});
+    CHECK(inverted.end == NewtonEnd::inverted_at_start);
+    CHECK(!inverted.has_converged);
+    CHECK(inverted.last.inverted > 0);
+    CHECK(inverted.worst.empty());
+}
+
+TEST_CASE("Negative curvature: a step goes on to the radius, and the second one ends the search", "[implicit]") {
+    // Matter that is pressed to a third of its height buckles.
+    auto block = soft_block<2>(10);
+    for (auto& p : block.of) {
+        p.state.F = DeformationGradient<double, 2>(Mat<double, 2>::rows(1.0, 0.0, 0.0, 0.3));
+        block.particles.set_state(p.slot, p.state);
+    }
+    Step step(block, 10);
+    const double h = block.domain.cell_size;
+    const auto largest = [&](const Numbers& u) {
+        double motion = 0;
+        for (int i = 0; i < u.size(); i += 2) motion = std::max(motion, u.segment<2>(i).norm());
+        return motion;
+    };
+    for (const double radius : {0.03, 0.1}) {
+        const auto [u, report] = step.solve({.iterations = 1, .radius = radius});
+        CHECK(report.negative == 1);
+        CHECK(report.cuts == 0);
+        CHECK(largest(u) == Approx(radius * h).epsilon(1e-9));
+    }
+    const auto [u, report] = step.solve({.radius = 0.1});
+    CHECK(!report.has_converged);
+    CHECK(report.end == NewtonEnd::negative_curvature);
+    CHECK(report.negative == 2);
+    CHECK(report.worst == step.worst(u));
+    const auto [v, of_more] = step.solve({.iterations = 5, .radius = 0.1, .negative = 100});
+    CHECK(of_more.negative > 2);
+    CHECK(of_more.last.energy < report.last.energy);
 }
 
 TEST_CASE("Floats converge, too", "[implicit]") {
