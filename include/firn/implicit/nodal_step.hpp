@@ -13,14 +13,17 @@ namespace firn::inline FIRN_BUILD {
 /// Layers of the grid in an implicit step. Those below belong to transfers.
 namespace layer {
 inline constexpr std::size_t displacement = 4;            ///< The displacement of the nodes [m].
-inline constexpr std::size_t loads = 5;                   ///< The forces of loads and, without inertia, of gravity [N].
+inline constexpr std::size_t loads = 5;                   ///< The forces of loads and of the acceleration [N].
 inline constexpr std::size_t free_motion = 6;             ///< The displacement of the nodes without forces [m].
 inline constexpr std::size_t momenta = 7;                 ///< The momenta and masses that P2G has left.
 inline constexpr std::size_t of_loads = 8;                ///< The forces of loads alone [N].
 inline constexpr std::size_t trial = 9;                   ///< The displacement of a line search.
 inline constexpr SolverLayers of_solver{10, 11, 12, 13};  ///< Those of the linear solves.
 inline constexpr std::size_t pushed = 14;                 ///< All loads, the friction of the boundary included [N].
-inline constexpr std::size_t first_free = 15;             ///< The first of those that a preconditioner may use.
+inline constexpr std::size_t weights = 15;                ///< Masses × acceleration [N].
+inline constexpr std::size_t stage = 16;       ///< The displacement at the end of the first of two stages [m].
+inline constexpr std::size_t of_gmres = 40;    ///< The first of those of GMRES.
+inline constexpr std::size_t first_free = 17;  ///< The first of those that a preconditioner may use.
 }  // namespace layer
 
 namespace detail {
@@ -55,7 +58,7 @@ public:
         for (;; dt /= 2, ++solution_.halvings) {
             attempt(dt);
             solution_.largest_motion =
-                largest_motion(vectors_, layer::displacement) / vectors_.grid().domain().cell_size;
+                largest_motion(vectors_, layer::displacement).second / vectors_.grid().domain().cell_size;
             solution_.has_converged = solution_.newton.has_converged && solution_.has_settled &&
                                       solution_.largest_motion <= rule_.largest_motion;
             if (solution_.has_converged || solution_.halvings == rule_.most_halvings) return solution_;
@@ -63,41 +66,158 @@ public:
     }
 
     /// Solves a step of the potential's dt. Leaves the displacement in layer::displacement.
-    /// \param part    the part of the load step that it takes [1]
-    /// \param update  update() turns the momenta in the present numbers of the nodes into velocities without forces
+    /// \param part        the part of the load step that it takes [1]
+    /// \param is_uniform  whether the acceleration is the same everywhere
+    /// \param update      update() divides the momenta in the present numbers of the nodes by their masses, and adds
+    ///                    acceleration × dt
     template <class Potential, class Update>
-    void solve(Potential& potential, double part, const Update& update) {
-        vectors_.copy(0, layer::momenta);
-        update();
+    void solve(Potential& potential, [[maybe_unused]] double part, bool is_uniform, const Update& update) {
         const double dt = potential.dt();
-        for (const std::size_t k : {layer::loads, layer::free_motion, layer::displacement, layer::trial})
+        for (const std::size_t k :
+             {layer::loads, layer::free_motion, layer::displacement, layer::trial, layer::pushed, layer::stage})
             vectors_.make(k);
+        find_weights(dt, is_uniform, update);
+        vectors_.copy(layer::loads, layer::weights);
         vectors_.add(layer::loads, 1, layer::of_loads);
-        if constexpr (Time::has_inertia) {
-            vectors_.add_vectors(layer::free_motion, dt, 0);
-            vectors_.copy(layer::displacement, layer::free_motion);
-            inertia_->dt = dt;
-            inertia_->size = inertial_size(dt);
+        if constexpr (!Time::has_inertia) {
+            if (part < 1) mix_loads(potential, part, 1 - part);
+            settle(potential, dt);
+        } else if constexpr (Time::stages == 1) {
+            begin_stage(dt, dt, [&](S v, S) { return S(dt) * v; });
+            settle(potential, dt);
         } else {
-            weigh(S(1 / dt));
-            vectors_.add_vectors(layer::loads, 1, 0);
-            if (part < 1 && potential.displace(layer::trial).is_regular()) {
-                potential.gradient();
-                vectors_.scale_and_add(layer::trial, 0, layer::loads);
-                vectors_.fill(layer::loads, S(0));
-                vectors_.add(layer::loads, part, layer::trial);
-                vectors_.add(layer::loads, 1 - part, 0);
-            }
+            // The trapezoidal rule over γ dt, then BDF2 over the whole step.
+            const double first = Time::first_stage * dt, after = first / 2,
+                         c = 1 / (Time::first_stage * (2 - Time::first_stage));
+            potential.set_dt(first);
+            mix_loads(potential, 2, -1);
+            begin_stage(first, after, [&](S v, S) { return S(first) * v; });
+            settle(potential, first);
+            potential.set_dt(dt);
+            if (!solution_.newton.has_converged || !solution_.has_settled) return;
+            vectors_.copy(layer::stage, layer::displacement);
+            vectors_.copy(layer::loads, layer::weights);
+            vectors_.add(layer::loads, 1, layer::of_loads);
+            begin_stage(dt, after, [&](S v, S u) {
+                const S of_stage = S(2 / first) * u - v;  // the velocity at the end of the first stage
+                return S(c) * u + S(after) * (S(c) * of_stage - S(c - 1) * v);
+            });
+            settle(potential, dt);
         }
-        vectors_.make(layer::pushed);
-        begin_contact(dt);
+    }
+
+    /// Sums what the boundary exerts in the step that solve() has found.
+    template <class Potential, class Boundary>
+    void react(Potential& potential, const StepNow<S, D>& now, const Boundary& boundary, Reactions<D>& reactions) {
+        StepProblem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
+        problem.displace(layer::displacement);
+        problem.reactions(layer::displacement, layer::trial);
+        constraints_->add_friction(vectors_.numbers(0));
+        // The velocities that nodes would have without the boundary, from which it takes them to those of the step.
+        S* const nodes = vectors_.numbers(0);
+        const S* const u = vectors_.numbers(layer::displacement);
+        for (std::size_t i = 0; i < masses_.size(); ++i) {
+            bool is_held = false;
+            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) {
+                is_held = is_held || nodes[k] != S(0);
+                nodes[k] = masses_[i] * (u[k] * S(1 / now.dt)) - nodes[k] * S(now.dt);
+            }
+            nodes[i * node_width + node_mass] = is_held ? masses_[i] : S(0);
+        }
+        update_grid(now.threads, now.ranks, vectors_.grid(), 0.0, Vec<double, D>::zero(), boundary, &reactions);
+    }
+
+    /// Sets the present numbers of the nodes to the velocities with which matter moves in the step, for G2P: u/dt.
+    /// \param dt  time of the step [s]
+    void leave_velocities(double dt) const {
+        for_numbers([&, nodes = vectors_.numbers(0), u = vectors_.numbers(layer::displacement)](
+                        std::size_t, std::size_t k) { nodes[k] = u[k] * S(1 / dt); });
+        leave_masses();
+    }
+    /// Where the velocities at the end of a step of two stages differ from those with which matter moves: changes the
+    /// velocities before forces so that FLIP gives particles the former. \param ratio  α of FLIP
+    void leave_velocities_before(double dt, double ratio) const {
+        const double after = Time::first_stage * dt / 2, c = 1 / (Time::first_stage * (2 - Time::first_stage));
+        for_numbers([&, before = vectors_.numbers(layer::before_forces), u = vectors_.numbers(layer::displacement),
+                     of_stage = vectors_.numbers(layer::stage)](std::size_t i, std::size_t k) {
+            // α (v + w − b) + (1 − α) w is to be α (v + w' − v₀) + (1 − α) w', with w = u/dt and w' the end's velocity.
+            const S w = u[k] * S(1 / dt), end = (u[k] - S(c) * of_stage[k]) * S(1 / after);
+            before[k] = velocity(i, k) + (w - end) * S(1 / ratio);
+        });
+    }
+
+private:
+    /// Calls f(i, k) for each number k that counts of each node i.
+    template <class F>
+    void for_numbers(const F& f) const {
+        for_chunks(masses_.size(), vectors_.threads(), [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) f(i, k);
+        });
+    }
+    void leave_masses() const {
+        for (std::size_t i = 0; i < masses_.size(); ++i) vectors_.numbers(0)[i * node_width + node_mass] = masses_[i];
+    }
+    /// The velocity of node i before forces act, of which k is one number; 0 without matter.
+    S velocity(std::size_t i, std::size_t k) const {
+        return masses_[i] > S(0) ? vectors_.numbers(layer::momenta)[k] / masses_[i] : S(0);
+    }
+
+    /// Sets layer::weights to masses × acceleration [N].
+    template <class Update>
+    void find_weights(double dt, bool is_uniform, const Update& update) {
+        // Where the acceleration does not depend on the velocity, it is found for matter at rest, without rounding.
+        vectors_.copy(0, layer::momenta);
+        const bool at_rest = is_uniform || !Time::has_inertia;
+        if (at_rest) for_numbers([nodes = vectors_.numbers(0)](std::size_t, std::size_t k) { nodes[k] = S(0); });
+        update();
+        vectors_.make(layer::weights);
+        for_numbers(
+            [&, nodes = vectors_.numbers(0), weights = vectors_.numbers(layer::weights)](std::size_t i, std::size_t k) {
+                weights[k] = masses_[i] * ((at_rest ? nodes[k] : nodes[k] - velocity(i, k)) * S(1 / dt));
+            });
+    }
+    /// Replaces the loads f by of_loads f + of_forces g, with the gradient g of the potential at the start of the step.
+    template <class Potential>
+    void mix_loads(Potential& potential, double of_loads, double of_forces) {
+        vectors_.make(layer::trial);
+        if (!potential.displace(layer::trial).is_regular()) return;  // never: nothing has moved
+        potential.gradient();
+        vectors_.set(layer::trial, of_loads, layer::loads);
+        vectors_.add(layer::trial, of_forces, 0);
+        vectors_.copy(layer::loads, layer::trial);
+    }
+    /// Begins a stage with inertia: from the velocities at the start of the step.
+    /// \param until  time from the start of the step to the end of the stage [s];  \param dt  that of the inertia [s]
+    /// \param free   free(v, u) is the displacement û without forces, for the velocity v and the displacement u of the
+    ///               stage before
+    template <class Free>
+    void begin_stage(double until, double dt, const Free& free) {
+        for_numbers([&, to = vectors_.numbers(layer::free_motion), u = vectors_.numbers(layer::displacement),
+                     of_stage = vectors_.numbers(layer::stage),
+                     loads = vectors_.numbers(layer::loads)](std::size_t i, std::size_t k) {
+            to[k] = free(velocity(i, k), of_stage[k]);
+            u[k] = masses_[i] > S(0) ? to[k] + S(dt * dt) * (loads[k] / masses_[i]) : S(0);
+        });
+        inertia_->dt = dt;
+        // Where no forces act but those of rounding, a thousandth of the force that would stop matter is the measure.
+        vectors_.make(layer::trial);
+        vectors_.add_vectors(layer::trial, 1 / until, layer::momenta);
+        inertia_->size = std::max(std::sqrt(vectors_.dot(layer::weights, layer::weights)),
+                                  1e-3 * std::sqrt(vectors_.dot(layer::trial, layer::trial)));
+    }
+    /// Solves for layer::displacement under layer::loads, until contact with the boundary does not change any more.
+    /// \param dt  time from the start of the step [s]
+    template <class Potential>
+    void settle(Potential& potential, double dt) {
+        if (constraints_->are_nonlinear()) begin_contact(dt);
         for (solution_.rounds = 1;; ++solution_.rounds) {
             vectors_.copy(layer::pushed, layer::loads);
             constraints_->add_friction(vectors_.numbers(layer::pushed));
             impose(dt);
             StepProblem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
-            solution_.newton =
-                newton(problem, {layer::displacement, layer::of_solver, layer::trial}, rule_.newton, preconditioner_);
+            solution_.newton = newton(problem, {layer::displacement, layer::of_solver, layer::trial, layer::of_gmres},
+                                      rule_.newton, preconditioner_);
             solution_.newton_steps += solution_.newton.steps();
             solution_.products += solution_.newton.products;
             solution_.has_settled = !constraints_->are_nonlinear();
@@ -115,45 +235,6 @@ public:
             if (solution_.has_settled || solution_.rounds == rule_.most_rounds) return;
         }
     }
-
-    /// Sums what the boundary exerts in the step that solve() has found.
-    template <class Potential, class Boundary>
-    void react(Potential& potential, const StepNow<S, D>& now, const Boundary& boundary, Reactions<D>& reactions) {
-        StepProblem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
-        problem.displace(layer::displacement);
-        problem.reactions(layer::displacement, layer::trial);
-        constraints_->add_friction(vectors_.numbers(0));
-        // The velocities that nodes would have without the boundary, from which it takes them to those of the step.
-        S* const nodes = vectors_.numbers(0);
-        const S* const u = vectors_.numbers(layer::displacement);
-        for_nodes([&](std::size_t i) {
-            bool is_held = false;
-            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) {
-                is_held = is_held || nodes[k] != S(0);
-                nodes[k] = masses_[i] * (u[k] * S(1 / now.dt)) - nodes[k] * S(now.dt);
-            }
-            nodes[i * node_width + node_mass] = is_held ? masses_[i] : S(0);
-        });
-        update_grid(now.threads, now.ranks, vectors_.grid(), 0.0, Vec<double, D>::zero(), boundary, &reactions);
-    }
-
-    /// Sets the present numbers of the nodes to the velocities of the step, for G2P. \param dt  time of the step [s]
-    void leave_velocities(double dt) const {
-        S* const nodes = vectors_.numbers(0);
-        const S* const u = vectors_.numbers(layer::displacement);
-        for_nodes([&](std::size_t i) {
-            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) nodes[k] = u[k] * S(1 / dt);
-            nodes[i * node_width + node_mass] = masses_[i];
-        });
-    }
-
-private:
-    template <class F>
-    void for_nodes(const F& f) const {
-        for_chunks(masses_.size(), vectors_.threads(), [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) f(i);
-        });
-    }
     /// Lets small nodes follow the displacement, and the boundary hold it.
     void impose(double dt) const {
         S* const u = vectors_.numbers(layer::displacement);
@@ -163,36 +244,11 @@ private:
     }
     /// Lets the boundary meet nodes that loads push for the time of the step.
     void begin_contact(double dt) {
-        if (!constraints_->are_nonlinear()) return;
-        S* const nodes = vectors_.numbers(0);
-        const S *const loads = vectors_.numbers(layer::loads), *const free = vectors_.numbers(layer::free_motion);
-        for_nodes([&](std::size_t i) {
-            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k)
-                nodes[k] = masses_[i] > S(0) ? free[k] * S(1 / dt) + loads[k] / masses_[i] * S(dt) : S(0);
-            nodes[i * node_width + node_mass] = S(0);
+        for_numbers([&, nodes = vectors_.numbers(0), loads = vectors_.numbers(layer::loads),
+                     free = vectors_.numbers(layer::free_motion)](std::size_t i, std::size_t k) {
+            nodes[k] = masses_[i] > S(0) ? free[k] * S(1 / dt) + loads[k] / masses_[i] * S(dt) : S(0);
         });
-        constraints_->begin(nodes);
-    }
-    /// Returns the measure of inertial forces [N]: the weight under the acceleration, or a thousandth of the force that
-    /// would stop matter within the step. The latter counts where no forces act but those of rounding.
-    double inertial_size(double dt) const {
-        const S* const momenta = vectors_.numbers(layer::momenta);
-        S* const nodes = vectors_.numbers(0);
-        weigh(1);
-        const double stop = std::sqrt(vectors_.dot(0, 0)) / dt;
-        for_nodes([&](std::size_t i) {
-            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) nodes[k] -= momenta[k];
-        });
-        return std::max(std::sqrt(vectors_.dot(0, 0)) / dt, 1e-3 * stop);
-    }
-    /// Multiplies the present numbers of the nodes by their masses, and by `factor`.
-    void weigh(S factor) const {
-        S* const nodes = vectors_.numbers(0);
-        for_nodes([&](std::size_t i) {
-            for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k)
-                nodes[k] *= masses_[i] * factor;
-            nodes[i * node_width + node_mass] = S(0);
-        });
+        constraints_->begin(vectors_.numbers(0));
     }
 
     NodeVectors<S, D> vectors_;
@@ -207,27 +263,35 @@ private:
 };
 
 /// Throws a convergence_error about a step that was not solved. \param whole  the time of the whole step [s]
-template <int D>
-[[noreturn, gnu::cold]] void throw_not_converged(const StepSolution& solution, const Moment& begin, double whole,
-                                                 double largest_motion, const std::string& where) {
+/// \param inverted  a sentence about the first particle that the last displacement turns inside out
+[[noreturn, gnu::cold]] inline void throw_not_converged(const StepSolution& solution, const Moment& begin, double whole,
+                                                        double largest_motion, const std::string& inverted) {
+    const NewtonReport& newton = solution.newton;
+    const double part = std::ldexp(whole, -solution.halvings);
     std::string text = sentence("Step ", begin.steps, ", of ", whole, " s from ", begin.time, " s on, ");
-    if (solution.newton.has_converged && !solution.has_settled) {
-        text += sentence("does not converge, not even in a part of ", std::ldexp(whole, -solution.halvings), " s: in ",
-                         solution.rounds,
-                         " rounds it is not settled where the boundary holds matter by "
-                         "friction, and where matter leaves it. ");
-    } else if (solution.newton.has_converged) {
-        text += sentence("moves a node by ", solution.largest_motion, " cells even in a part of ",
-                         std::ldexp(whole, -solution.halvings), " s; at most ", largest_motion, " are allowed. ");
+    if (newton.has_converged && solution.has_settled) {
+        text += sentence("moves a node by ", solution.largest_motion, " cells even in a part of ", part, " s; at most ",
+                         largest_motion, " are allowed. ");
     } else {
-        text += sentence("does not converge, not even in a part of ", std::ldexp(whole, -solution.halvings), " s. ");
-        if (solution.newton.residuals.empty()) {
-            text += sentence("Its first guess turns ", solution.newton.last.inverted, " particles inside out");
+        text += sentence("does not converge, not even in a part of ", part, " s: ");
+        if (newton.has_converged) {
+            text += sentence("in ", solution.rounds,
+                             " rounds it is not settled where the boundary holds matter by friction, and where matter "
+                             "leaves it. ");
         } else {
-            text += "The forces out of balance, as a part of the loads, were";
-            for (const double residual : solution.newton.residuals) text += " " + rounded_text(residual, 3);
+            constexpr const char* ends[] = {"", "its first guess turns particles inside out",
+                                            "no step makes it smaller", "it took too many steps",
+                                            "forces have no stable balance nearby"};
+            text += ends[int(newton.end)];
+            if (!newton.residuals.empty()) {
+                text += ". Forces out of balance, as a part of the loads, were";
+                for (const double residual : newton.residuals) text += " " + rounded_text(residual, 3);
+            }
+            if (!newton.worst.empty())
+                text +=
+                    "; most of them at the node " + point_text(newton.worst.data(), int(newton.worst.size())) + " m";
+            text += ". " + inverted;
         }
-        text += where.empty() ? ". " : ", " + where + ". ";
     }
     throw convergence_error(text +
                             "Take shorter steps or more Newton steps, hold what is free to move, or look for matter "

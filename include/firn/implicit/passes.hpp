@@ -31,6 +31,15 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
                   "firn: implicit and quasi-static steps average no volumes: take OwnVolume in place of FBar or "
                   "VolumeFilter.");
 
+    static constexpr bool in_two_stages = [] {
+        if constexpr (requires { Time::stages; }) return Time::stages == 2;
+        return false;
+    }();
+    static constexpr bool can_take_stages = !in_two_stages || requires(Transfer transfer) { transfer.ratio; };
+    static_assert(can_take_stages && !(in_two_stages && Transfer::affine),
+                  "firn: the velocities of TrBdf2 at the end of a step are not those with which matter has moved; of "
+                  "the transfers, Flip tells them apart. Take firn::Flip{1}.");
+
     /// Returns the passes, in their order.
     static PassList<S, D> list() {
         using enum Data;
@@ -58,6 +67,10 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
     static double next_time_step(Simulation& of, const Acceleration& acceleration, double duration) {
         check_acceleration<D>(acceleration);
         of.integration.check();
+        if constexpr (in_two_stages)
+            if (!(of.transfer.ratio > 0))
+                throw parameter_error(
+                    "TrBdf2 takes a Flip with a ratio above 0: PIC alone has no velocities of particles.");
         if (of.fixed_time_step < 0 || !std::isfinite(of.fixed_time_step))
             throw parameter_error(sentence("The fixed time step is ", of.fixed_time_step,
                                            " s; it must be positive, or 0 for steps by motion."));
@@ -111,10 +124,11 @@ private:
             of.solution = step.take(whole, [&](double dt) {
                 now.dt = dt;
                 auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
-                step.solve(potential, dt / whole, [&] { now.largest_acceleration = now.update_grid(); });
+                step.solve(potential, dt / whole, now.is_uniform,
+                           [&] { now.largest_acceleration = now.update_grid(); });
             });
             if (!of.solution.has_converged)
-                throw_not_converged<D>(of.solution, of.now_, whole, of.integration.largest_motion, {});
+                throw_not_converged(of.solution, of.now_, whole, of.integration.largest_motion, inverted_particle(of));
             if (of.reactions) {
                 auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
                 step.react(potential, now, of.boundary, *of.reactions);
@@ -122,7 +136,17 @@ private:
                     for_impulses(one.reaction, [&](double& impulse) { impulse *= now.dt / whole; });
             }
             step.leave_velocities(now.dt);
+            if constexpr (in_two_stages) step.leave_velocities_before(now.dt, double(of.transfer.ratio));
         });
+    }
+    /// Returns a sentence about the first particle that the last displacement turns inside out, if there is one.
+    static std::string inverted_particle(Simulation& of) {
+        const DisplacementReport& last = of.solution.newton.last;
+        if (last.is_regular()) return {};
+        const ParticleStore<S, D>& store = of.sets_[last.set].store();
+        const Vec<double, D> x = store.exact_position(last.first);
+        return sentence("Particle ", store.id(last.first), " at ", point_text(x.v, D), " m is the first of ",
+                        last.inverted, " that would be turned inside out. ");
     }
     template <std::size_t... I>
     static auto potential_of(Simulation& of, const Now& now, std::index_sequence<I...>) {

@@ -36,9 +36,16 @@ public:
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws parameter_error  if dt is not positive and finite
     IncrementalPotential(SparseGrid<S, D>& grid, double dt, int threads, Sets... sets)
-        : grid_(grid), dt_(dt), threads_(threads), sets_(std::move(sets)...) {
+        : grid_(grid), threads_(threads), sets_(std::move(sets)...) {
+        set_dt(dt);
+    }
+    /// Sets the time of the step [s]; displace() comes next.
+    /// \throws parameter_error  if it is not positive and finite
+    void set_dt(double dt) {
         if (!(dt > 0)) throw parameter_error(sentence("An implicit step takes ", dt, " s; it must be positive."));
         detail::check_step(dt);
+        dt_ = dt;
+        is_displaced_ = holds_stresses_ = false;
     }
 
     /// Displaces the nodes by the vector in a layer [m]. gradient() and product() are then those at this displacement.
@@ -112,7 +119,7 @@ private:
     }
 
     SparseGrid<S, D>& grid_;
-    double dt_;
+    double dt_ = 1;
     int threads_;
     std::tuple<Sets...> sets_;
     bool is_displaced_ = false, holds_stresses_ = false;
