@@ -12,9 +12,11 @@ namespace firn::inline FIRN_BUILD {
 
 /// When Newton's method stops, and how exactly it solves.
 struct NewtonLimits {
-    double tolerance = 1e-3;        ///< Largest gradient, as a part of the loads or of the forces of particles [1].
-    int iterations = 30;            ///< Largest number of steps.
-    double forcing = 0.1;           ///< Largest residual of the linear solves, as a part of the gradient [1].
+    double tolerance = 1e-3;  ///< Largest gradient, as a part of the loads or of the forces of particles [1].
+    int iterations = 30;      ///< Largest number of steps.
+    /// Largest residual of the linear solves, as a part of the gradient [1]. Matter without a potential takes a tenth
+    /// of it: in slopes of sand, this saved a third of the products.
+    double forcing = 0.1;
     double least_forcing = 1e-12;   ///< Smallest residual of the linear solves that is asked for [1].
     int solver_iterations = 2'000;  ///< Largest number of products in one linear solve.
     int restart = 50;               ///< Number of products between restarts of GMRES.
@@ -192,10 +194,9 @@ std::vector<double> worst_node(const NodeVectors<S, D>& vectors) {
 /// layers.displacement. If all materials have a potential, it minimises Φ, by conjugate gradients and a line search on
 /// Φ. Else, with plastic flow, viscosity or a fluid, it makes the gradient small, by GMRES and a line search on the
 /// norm of the gradient.
-/// \param preconditioner  an object with two functions: renew(problem), called before each linear solve, at the
-/// problem's
-///                        last displacement; and apply(problem, z, r), which sets the vector in layer z to that of
-///                        layer r, preconditioned, and may change the present numbers of the nodes
+/// \param preconditioner  an object with two functions: renew(problem), called before each linear solve, with the
+///                        problem at its last displacement; and apply(problem, z, r), which sets the vector in layer z
+///                        to that of layer r, preconditioned, and may change the present numbers of the nodes
 /// \return  how it has ended. If it has not converged, the layer holds the best displacement that was found; if already
 ///          the first guess inverts particles, nothing is done.
 /// \throws usage_error  if there are no layers for GMRES, and a material has no potential
@@ -234,9 +235,9 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
         vectors.copy(layers.trial, r);  // solvers change their right-hand side
 
         preconditioner.renew(problem);
-        const SolverReport solved =
-            detail::solve(problem, layers, limits, std::max(std::min(limits.forcing, residual), limits.least_forcing),
-                          preconditioner);
+        const double forcing = limits.forcing * (Problem::is_symmetric ? 1 : 0.1);
+        const SolverReport solved = detail::solve(
+            problem, layers, limits, std::max(std::min(forcing, residual), limits.least_forcing), preconditioner);
         report.products += solved.iterations;
         if (solved.has_found_negative) {
             if (++report.negative >= limits.negative) return failed(NewtonEnd::negative_curvature);
