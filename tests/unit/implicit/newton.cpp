@@ -125,6 +125,31 @@ TEST_CASE("Negative curvature: a step goes on to the radius, and the second one 
     CHECK(of_more.last.energy < report.last.energy);
 }
 
+TEST_CASE("A step is continued along a direction to a radius, or shortened to it", "[implicit]") {
+    auto block = soft_block<2>(10);
+    Step step(block, 10);
+    auto potential = block.potential();
+    StepProblem problem(potential, *step.small, *step.constraints, step.loads, step.inertia);
+    const auto vectors = problem.vectors();
+    constexpr SolverLayers layers{6, 7, 8, 9};
+    const auto put = [&](std::size_t layer, std::uint64_t seed, double size) {
+        vectors.make(layer);
+        block.put(block.random_displacement(size, seed), layer);
+        problem.to_displacement(layer);
+        vectors.copy(0, layer);
+        return block.get();
+    };
+    const double h = block.domain.cell_size;
+    for (const double radius : {0.7 * h, 0.01 * h}) {
+        const Numbers x = put(layers.solution, 5, 0.2), p = put(layers.direction, 6, 3);
+        detail::step_to_radius(problem, layers, radius);
+        CHECK(detail::largest_motion(vectors, layers.solution).second == Approx(radius).epsilon(1e-12));
+        vectors.copy(0, layers.solution);
+        const Numbers change = block.get() - x, along = radius > 0.1 * h ? p : -x;
+        CHECK(change.dot(along) == Approx(change.norm() * along.norm()).epsilon(1e-12));
+    }
+}
+
 TEST_CASE("Floats converge, too", "[implicit]") {
     Block<QuadraticBSpline, MlsForce, NeoHookean<float>, 3> block(NeoHookean<float>::from_young_poisson(1e5, 0.3), 0, 4,
                                                                   6.1);
