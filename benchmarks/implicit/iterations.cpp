@@ -1,75 +1,183 @@
-/// \file Iterations of conjugate gradients with block Jacobi in the first Newton step of an elastic block under its own
-/// weight, to a residual of 1e-8: 2D, 2 × 2 particles a cell, ν = 0.3, held below.
+/// \file Iterations of conjugate gradients in the first Newton step of elastic matter under its own weight, and what
+/// they cost: two particles a cell along each axis, ν = 0.3, held below, with one thread unless said.
 ///
-///     firn_implicit_iterations [THRESHOLD [CELLS…]]
+///     firn_implicit_iterations [NAME=VALUE…] [CELLS…]
 ///
-/// THRESHOLD: part of the largest node's volume below which nodes follow others; 0: none does.
+/// scene=block (a cube of CELLS) or slope (CELLS × CELLS/2, with a ragged surface; in 3D CELLS/4 deep between slip
+/// walls); dimension=2; form=quadratic, mls (the force form), cubic (the kernel, with MLS) or float; with=multigrid or
+/// jacobi; degree=2 (of the smoother); threshold=0.1 (part of the largest node's volume below which nodes follow
+/// others); tolerance=1e-8; inertia=0 (a step of so many seconds); threads=1.
 #include <firn/firn.hpp>
-#include <firn/implicit/block_jacobi.hpp>
-#include <firn/implicit/diagonal.hpp>
-#include <firn/implicit/linear_system.hpp>
+#include <firn/implicit/multigrid.hpp>
+#include <firn/implicit/step_problem.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <map>
+#include <string>
 
 namespace {
 
 using namespace firn;
-using Kernel = QuadraticBSpline;
-using Force = WeightGradientForce;
-using Material = FixedCorotated<double>;
 
-double cpu() { return double(std::clock()) / CLOCKS_PER_SEC; }
+std::map<std::string, std::string> option{
+    {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
+    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"}};
+double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
-void solve(int cells, double threshold) {
+double now() {
+    timespec t{};
+    clock_gettime(number("threads") > 1 ? CLOCK_MONOTONIC : CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+/// Returns the time of a call [s]: the shortest of some.
+template <class F>
+double time_of(const F& f) {
+    double best = 1e9;
+    for (int k = 0; k < 3; ++k) {
+        const double begin = now();
+        f();
+        best = std::min(best, now() - begin);
+    }
+    return best;
+}
+
+/// The height of the surface, the box being 1 long: a slope of 35°.
+double surface(double x) { return std::max(0.106, std::min(0.427, 0.427 - (x - 0.317) * 0.7002)); }
+
+template <class Kernel, class Force, class S, int D>
+void solve(int cells) {
+    using Material = FixedCorotated<S>;
+    const bool is_slope = option.at("scene") == "slope";
+    const int threads = int(number("threads"));
     const double h = 1.0 / cells;
-    const Domain<2> domain(Vec<double, 2>::filled(-8 * h), Vec<double, 2>::filled(1 + 8 * h), h);
-    Particles<double, 2> particles(domain);
-    for (const auto& x : sample_box<2>({0.0, 0.0}, {1.0, 1.0}, {.spacing = h / 2}).positions)
-        particles.push_back(x, Vec<double, 2>::zero(), 250 * h * h, h * h / 4);
-    const auto partition = sort_particles<Kernel>(particles, 1);
-    SparseGrid<double, 2> grid(domain);
-    grid.activate(partition, 1);
+    Vec<double, D> size = Vec<double, D>::filled(1);
+    if (is_slope) {
+        size[1] = 0.5;
+        if constexpr (D == 3) size[2] = 0.25;
+    }
+    const Domain<D> domain(Vec<double, D>::filled(-8 * h), size + Vec<double, D>::filled(8 * h), h);
+    Particles<S, D> particles(domain);
+    SamplingOptions how{.spacing = h / 2};
+    if (is_slope) how.pattern = Pattern::jittered, how.jitter = 0.25;
+    for (const auto& x : sample_box<D>(Vec<double, D>::zero(), size, how).positions)
+        if (!is_slope || x[1] < surface(x[0]))
+            particles.push_back(x, Vec<S, D>::zero(), S(1000 * std::pow(h / 2, D)), S(std::pow(h / 2, D)));
+    const auto partition = sort_particles<Kernel>(particles, threads);
+    SparseGrid<S, D> grid(domain);
+    grid.activate(partition, threads);
     const ParticleSet set{particles.view(), partition};
     const std::array motion{firn::detail::motion_of_set(set)};
     using View = std::remove_cvref_t<decltype(motion[0].view)>;
-    scatter_volumes<Kernel>(grid, 1, ParticleSets<View>(motion));
-    const SmallNodes<double, 2> small(grid, {threshold}, 1);
-    auto walls = Walls<double, 2>::all({-7 * h, 0.01 * h}, {1 + 7 * h, 1 + 7 * h}, {Contact::slip, 0});
+    p2g<Kernel, Pic, NoForce>(Coloured{threads}, grid, 0, ParticleSets<View>(motion));
+    std::optional<NodalInertia<S>> inertia;
+    const auto masses = masses_of_nodes(grid);
+    constexpr std::size_t u = 1, x = 2, r = 3, p = 4, z = 5, loads = 6, of_multigrid = 7;
+    if (number("inertia") > 0) inertia = NodalInertia<S>{masses, number("inertia"), u};
+    scatter_volumes<Kernel>(grid, threads, ParticleSets<View>(motion));
+    const SmallNodes<S, D> small(grid, {number("threshold")}, threads);
+    Vec<double, D> low = Vec<double, D>::filled(is_slope ? 0.01 * h : -7 * h), high = size + Vec<double, D>::filled(7 * h);
+    if (is_slope) {
+        high[0] = size[0] - 0.01 * h;
+        if constexpr (D == 3) high[2] = size[2] - 0.01 * h;
+    }
+    low[1] = 0.01 * h;
+    auto walls = Walls<S, D>::all(low, high, {Contact::slip, 0});
     walls.at_lower[1].contact = Contact::stick;
-    const NodeConstraints<double, 2> constraints(grid, walls, 1);
+    const NodeConstraints<S, D> constraints(grid, walls, threads);
     DisplacedSet<Kernel, Force, decltype(particles.view()), Material> displaced(set,
                                                                                 Material::from_young_poisson(1e7, 0.3));
-    IncrementalPotential potential(grid, 1, 1, displaced);
-    LinearSystem system(potential, small, constraints);
-    const auto vectors = system.vectors();
-    constexpr std::size_t u = 1, x = 2, r = 3, p = 4, z = 5;
-    vectors.make(r);
-    for (std::size_t i = 0; i < vectors.size(); i += node_width)
-        vectors.numbers(r)[i + 1] = -9.81 * 1000 * grid.nodes(0)[i + node_mass];
-    vectors.make(u);
+    IncrementalPotential potential(grid, 1, threads, displaced);
+    StepProblem problem(potential, small, constraints, loads, inertia);
+    const auto vectors = problem.vectors();
+    for (const std::size_t k : {u, x, r, p, z, loads}) vectors.make(k);
+    const auto weigh = [&] {
+        vectors.fill(r, S(0));
+        for (std::size_t i = 0; i < masses.size(); ++i) vectors.numbers(r)[i * node_width + 1] = S(-9.81) * masses[i];
+        problem.to_forces(r);
+    };
     potential.displace(u);
-    system.to_forces(r);
-    const double begin = cpu();
-    aligned_vector<double> blocks;
-    hessian_diagonal(potential, blocks);
-    const BlockJacobi<double, 2> jacobi(blocks, 1);
-    const double made = cpu();
-    const SolverReport report = conjugate_gradients(
-        system, [&](std::size_t to, std::size_t from) { jacobi.apply(vectors, to, from); }, {x, r, p, z}, {});
-    const double end = cpu();
-    std::printf(
-        "%4d cells: %zu small nodes, %d iterations, residual %.1e; diagonal %.0f ns a particle, iteration %.0f\n",
-        cells, small.count(), report.iterations, report.residual, 1e9 * (made - begin) / double(particles.size()),
-        1e9 * (end - made) / double(particles.size()) / report.iterations);
+    SolverReport report;
+    const double n = double(particles.size()), ns = 1e9 / n;
+    weigh();
+    vectors.copy(p, r);
+    const double product = time_of([&] { problem.multiply(p); });
+    std::printf("%-5s %dD %-9s %4d cells, %8.0f particles, %5zu small nodes, ", option.at("scene").c_str(), D,
+                option.at("form").c_str(), cells, n, small.count());
+    const auto run = [&](const auto& precondition, double made, double applied) {
+        weigh();
+        const double begin = now();
+        report = conjugate_gradients(problem, precondition, {x, r, p, z}, {number("tolerance"), 20'000});
+        const double end = now();
+        std::printf("%4d iterations%s, %7.0f ns a particle: renew %6.0f, apply %5.0f, product %4.0f", report.iterations,
+                    report.has_converged ? "" : " (stopped)", (end - begin + made) * ns, made * ns, applied * ns,
+                    product * ns);
+    };
+    if (option.at("with") == "jacobi") {
+        aligned_vector<S> blocks;
+        const double begin = now();
+        hessian_diagonal(potential, blocks);
+        problem.add_diagonal(blocks);
+        const BlockJacobi<S, D> jacobi(blocks, threads);
+        const double made = now() - begin;
+        weigh();
+        run([&](std::size_t to, std::size_t from) { jacobi.apply(vectors, to, from); }, made,
+            time_of([&] { jacobi.apply(vectors, z, r); }));
+    } else {
+        Multigrid<decltype(problem)> multigrid(
+            {.degree = int(number("degree")), .range = number("range")}, of_multigrid);
+        const double begin = now();
+        multigrid.renew(problem);
+        const double made = now() - begin, again = time_of([&] { multigrid.renew(problem); });
+        weigh();
+        run([&](std::size_t to, std::size_t from) { multigrid.apply(problem, to, from); }, made,
+            time_of([&] { multigrid.apply(problem, z, r); }));
+        std::printf(", renew again %5.0f; levels", again * ns);
+        const MultigridReport of = multigrid.report();
+        for (const std::size_t nodes : of.nodes) std::printf(" %zu", nodes);
+        std::printf(", eigenvalues");
+        for (const double one : of.eigenvalues) std::printf(" %.2f", one);
+        if (!of.is_definite) std::printf(" NOT DEFINITE");
+    }
+    // An explicit step of no time: the particles stay as they are.
+    const double step = time_of([&] {
+        p2g<Kernel, Apic, Force>(Coloured{threads}, particles.view(), partition, grid, 0);
+        grid_update(Coloured{threads}, grid, 0.0, Vec<S, D>::zero(), walls);
+        g2p<Kernel, Apic, Force>(Coloured{threads}, particles.view(), partition, grid,
+                                 Material::from_young_poisson(1e7, 0.3), 0.0);
+    });
+    std::printf("; explicit step %.0f\n", step * ns);
+    std::fflush(stdout);
+}
+
+template <int D>
+void choose(int cells) {
+    [[maybe_unused]] const std::string& form = option.at("form");
+#ifndef FIRN_QUICK
+    if (form == "mls") return solve<QuadraticBSpline, MlsForce, double, D>(cells);
+    if (form == "cubic") return solve<CubicBSpline, MlsForce, double, D>(cells);
+    if (form == "float") return solve<QuadraticBSpline, WeightGradientForce, float, D>(cells);
+#endif
+    solve<QuadraticBSpline, WeightGradientForce, double, D>(cells);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const double threshold = argc > 1 ? std::atof(argv[1]) : 0.1;
-    if (argc <= 2)
-        for (const int cells : {32, 64, 128}) solve(cells, threshold);
-    for (int i = 2; i < argc; ++i) solve(std::atoi(argv[i]), threshold);
+    std::vector<int> cells;
+    for (int i = 1; i < argc; ++i) {
+        const std::string text = argv[i];
+        const std::size_t at = text.find('=');
+        if (at == std::string::npos)
+            cells.push_back(std::atoi(argv[i]));
+        else if (!option.contains(text.substr(0, at)))
+            return std::fprintf(stderr, "There is no option %s.\n", text.c_str()), 1;
+        else
+            option[text.substr(0, at)] = text.substr(at + 1);
+    }
+    const int dimension = int(number("dimension"));
+    if (cells.empty()) cells = dimension == 2 ? std::vector{32, 64, 128} : std::vector{16, 32};
+    for (const int n : cells) dimension == 2 ? choose<2>(n) : choose<3>(n);
 }

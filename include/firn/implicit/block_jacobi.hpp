@@ -41,7 +41,7 @@ public:
             });
     }
 
-private:
+    /// Returns the inverse of a symmetric block, or of the bound that takes its place; zero of a block of zeros.
     static Mat<S, D> inverse_of(const Mat<S, D>& B) {
         S size = S(0);
         for (const S& number : B.m) size += std::abs(number);
@@ -57,6 +57,7 @@ private:
         return inverse_transposed<S, D>(relative) * (S(1) / size);
     }
 
+private:
     aligned_vector<S> inverses_;
 };
 

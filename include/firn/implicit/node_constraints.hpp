@@ -68,6 +68,11 @@ public:
     /// Whether friction or separation acts at a node, so that constraints depend on the solution. \see renew
     bool are_nonlinear() const { return !contacts_.empty(); }
 
+    /// Calls f(index of a node, P) for all nodes that the boundary holds, in the order of the nodes.
+    template <class F>
+    void for_held(const F& f) const {
+        for (const Constraint& one : all_) f(std::size_t(one.node), one.P);
+    }
     /// Replaces the vectors v of constrained nodes by P v: what is free of a change of their displacements, or of the
     /// force on them. \param numbers  those of all nodes
     void project(S* numbers, int threads) const {

@@ -95,7 +95,7 @@ public:
             for (std::size_t a = 0; a < std::size_t(D); ++a)
                 blocks[(i * std::size_t(D) + a) * std::size_t(D) + a] += inertia_->masses[i] * per_square();
     }
-    Potential& potential() const { return potential_; }  ///< The potential of the particles.
+    const std::optional<NodalInertia<S>>& inertia() const { return inertia_; }  ///< The inertia of the nodes, if any.
 
 private:
     S per_square() const { return S(1 / (inertia_->dt * inertia_->dt)); }
