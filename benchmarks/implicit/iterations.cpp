@@ -24,7 +24,7 @@ using namespace firn;
 
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
-    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"}};
+    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"}, {"first", "10"}, {"coarsest", "40"}, {"safety", "1.15"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {
@@ -127,7 +127,7 @@ void solve(int cells) {
             time_of([&] { jacobi.apply(vectors, z, r); }));
     } else {
         Multigrid<decltype(problem)> multigrid(
-            {.degree = int(number("degree")), .range = number("range")}, of_multigrid);
+            {.degree = int(number("degree")), .range = number("range"), .safety = number("safety"), .first_iterations = int(number("first")), .coarsest = std::size_t(number("coarsest"))}, of_multigrid);
         const double begin = now();
         multigrid.renew(problem);
         const double made = now() - begin, again = time_of([&] { multigrid.renew(problem); });

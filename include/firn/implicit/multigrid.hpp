@@ -3,6 +3,9 @@
 /// The finest level has no matrix: its products are those of the problem. The first coarse level, with cells of twice
 /// the size, has a matrix that is summed up from the particles; those of coarser levels follow from it. All smoothers
 /// are Chebyshev polynomials of block Jacobi, and the coarsest level is solved directly.
+///
+/// Small nodes, which follow others, get no correction from coarse levels; the matrices of these count all the same what
+/// they would do as independent nodes. Without that, coarse levels are too soft at surfaces, and iterations grow.
 #pragma once
 
 #include <firn/implicit/coarse_hessian.hpp>
@@ -99,7 +102,7 @@ public:
     }
     /// The coarse levels, the finest of them first.
     const std::vector<std::unique_ptr<Level>>& levels() const { return levels_; }
-    /// For each node of the grid, bit a: whether it moves by coarse nodes along axis a.
+    /// For each node of the grid, bit a: whether it has matter and is free along axis a.
     const std::vector<std::uint8_t>& free() const { return free_; }
 
 private:
@@ -114,12 +117,14 @@ private:
         const std::size_t nodes = blocks_.size() / std::size_t(D * D);
         was_free_ = std::move(free_);
         free_.assign(nodes, 0);
+        follows_.assign(nodes, 0);
         detail::for_chunks(nodes, workers_, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i)
                 for (std::size_t k = 0; k < std::size_t(D * D); ++k)
                     if (blocks_[i * std::size_t(D * D) + k] != S(0)) free_[i] = (1 << D) - 1;
         });
-        for (const std::uint32_t i : problem.small_nodes().nodes()) free_[i] = 0;
+        for (const std::uint32_t i : problem.small_nodes().nodes()) follows_[i] = 1;
+        problem.small_nodes().fold_blocks(blocks_.data(), workers_);
         // A held node keeps P B P on its free part.
         problem.constraints().for_held([&](std::size_t i, const Mat<S, D>& free) {
             if (free_[i] == 0) return;
@@ -334,19 +339,20 @@ private:
                                       const std::size_t i = at_[q];
                                       Vec<S, D> v;
                                       for (int a = 0; a < D; ++a)
-                                          v[a] = (free_[i] >> a & 1) != 0 ? from[i * node_width + std::size_t(a)] : S(0);
+                                          v[a] = moves(i, a) ? from[i * node_width + std::size_t(a)] : S(0);
                                       return v;
                                   });
         coarse_cycle(0);
         vectors.fill(d_, S(0));
         transfers_[0].prolong(coarse.x.data(), workers_, [&, to = vectors.numbers(d_)](std::size_t q, const auto& v) {
             const std::size_t i = at_[q];
-            for (int a = 0; a < D; ++a) to[i * node_width + std::size_t(a)] = (free_[i] >> a & 1) != 0 ? v[a] : S(0);
+            for (int a = 0; a < D; ++a) to[i * node_width + std::size_t(a)] = moves(i, a) ? v[a] : S(0);
         });
         vectors.add(z, 1, d_);
         reduce(problem);
         smooth_here();
     }
+    bool moves(std::size_t i, int axis) const { return follows_[i] == 0 && (free_[i] >> axis & 1) != 0; }
     void coarse_cycle(std::size_t k) {
         Level& level = *levels_[k];
         const bool is_last = k + 1 == levels_.size();
@@ -381,7 +387,7 @@ private:
     int workers_ = 1;
     aligned_vector<S> blocks_;
     std::vector<Mat<S, D>> inverses_;
-    std::vector<std::uint8_t> free_, was_free_;
+    std::vector<std::uint8_t> free_, was_free_, follows_;
     std::vector<std::uint32_t> at_;  // the nodes of the grid that are free along any axis
     std::vector<std::uint64_t> block_keys_;
     std::vector<std::unique_ptr<Level>> levels_;

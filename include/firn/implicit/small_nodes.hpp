@@ -100,6 +100,17 @@ public:
         for_each(slaves_.size(), threads,
                  [&](std::size_t i) { std::fill_n(numbers + slaves_[i] * std::size_t(node_width), D, S(0)); });
     }
+    /// Adds to the blocks of large nodes what the blocks of their followers are to them, each follower for itself.
+    /// \param blocks  D × D numbers of each node
+    void fold_blocks(S* blocks, int threads) const {
+        constexpr std::size_t numbers = std::size_t(D * D);
+        for_each(of_masters_.size(), threads, [&](std::size_t i) {
+            for (std::size_t k = back_ends_[i]; k < back_ends_[i + 1]; ++k)
+                for (std::size_t n = 0; n < numbers; ++n)
+                    blocks[of_masters_[i] * numbers + n] +=
+                        back_weights_[k] * back_weights_[k] * blocks[followers_[k] * numbers + n];
+        });
+    }
 
 private:
     using Place = std::array<int, std::size_t(D)>;
