@@ -41,18 +41,20 @@ public:
     /// Returns wᵢ [1/m] of a node. \param k  index of the node along each axis, from the base node
     FIRN_INLINE Vec<S, D> of(const std::array<int, std::size_t(D)>& k) const {
         Vec<S, D> w;
-        S weight = S(1);
-        for (int a = 0; a < D; ++a) weight *= weight_[a][k[std::size_t(a)]];
         for (int a = 0; a < D; ++a) {
-            w.v[a] = alpha_ * weight * (offset_[a] + S(k[std::size_t(a)]));
-            if constexpr (Force::weight_gradients) {
-                S slope = slope_[a][k[std::size_t(a)]];
-                for (int b = 0; b < D; ++b)
-                    if (b != a) slope *= weight_[b][k[std::size_t(b)]];
-                w.v[a] += beta_ * slope;
-            }
+            w.v[a] = slope(a, k[std::size_t(a)]);
+            for (int b = 0; b < D; ++b)
+                if (b != a) w.v[a] *= weight(b, k[std::size_t(b)]);
         }
         return w;
+    }
+    /// Returns the factor of a node's weight along an axis.
+    FIRN_INLINE S weight(int a, int k) const { return weight_[a][k]; }
+    /// Returns what stands for that factor in component a of wᵢ.
+    FIRN_INLINE S slope(int a, int k) const {
+        S slope = alpha_ * weight_[a][k] * (offset_[a] + S(k));
+        if constexpr (Force::weight_gradients) slope += beta_ * slope_[a][k];
+        return slope;
     }
 
 private:

@@ -125,4 +125,102 @@ TEMPLATE_TEST_CASE_SIG("Coarse matrices are those of the Hessian, weighted", "[i
     if (D == 2) check_levels(Block<CubicBSpline, MlsForce, Hencky<double>, D>({}, 0.1, n, 6.1));
 }
 
+/// The preconditioner of a problem as a dense matrix on the unknowns: z = B r.
+template <class Scene, class Preconditioner>
+auto applied(Held<Scene>& held, Preconditioner& multigrid, std::uint64_t seed, std::size_t z, std::size_t r) {
+    held.block.put(held.block.random_numbers(1, seed), r);
+    held.problem.to_forces(r);
+    multigrid.apply(held.problem, z, r);
+}
+
+template <class Scene>
+void check_cycle(Scene block, const MultigridRule& rule, double dt = 0) {
+    CAPTURE(Scene::D, Scene::Force::name, rule.degree, rule.coarsest, dt);
+    block.put(block.random_displacement(0.01, 5), block.of_u);
+    Held<Scene> held(block, 1, dt);
+    Multigrid<typename Held<Scene>::Problem> multigrid(rule, held.of_multigrid);
+    multigrid.renew(held.problem);
+    REQUIRE(multigrid.report().is_definite);
+    const auto vectors = held.problem.vectors();
+    for (const std::uint64_t seed : {1, 2, 3}) {
+        applied(held, multigrid, 2 * seed, held.z1, held.r1);
+        applied(held, multigrid, 2 * seed + 1, held.z2, held.r2);
+        const double one = vectors.dot(held.z1, held.r2), other = vectors.dot(held.z2, held.r1),
+                     own = vectors.dot(held.z1, held.r1), own_of_other = vectors.dot(held.z2, held.r2);
+        CHECK(own > 0);
+        CHECK(own_of_other > 0);
+        CHECK(std::abs(one - other) <= 1e-12 * std::sqrt(own * own_of_other));
+    }
+    CHECK(multigrid.report().is_definite);
+}
+
+TEMPLATE_TEST_CASE_SIG("A cycle is symmetric and definite", "[implicit]", ((int D), D), 2, 3) {
+    const int n = D == 2 ? 20 : 6;
+    using Solid = NeoHookean<double>;
+    using Scene = Block<QuadraticBSpline, WeightGradientForce, Solid, D>;
+    check_cycle(Scene({}, 0.01, n, 6.1), {.coarsest = 20});
+    check_cycle(Block<QuadraticBSpline, MlsForce, Solid, D>({}, 0.01, n, 6.1), {.degree = 3, .range = 8}, 1e-3);
+    if (D == 3) return;
+    check_cycle(Scene({}, 0.01, n, 6.1), {.degree = 1});
+    check_cycle(Scene({}, 0.01, n, 6.1), {.coarsest = 10'000});  // no coarse level
+    check_cycle(Block<CubicBSpline, MlsForce, Solid, D>({}, 0.01, n, 6.1), {});
+}
+
+/// Iterations of conjugate gradients for a block under its own weight.
+template <class Scene>
+SolverReport solve(Scene& block, int threads, double tolerance, Numbers* solution = nullptr, double dt = 0,
+                   double floor = 0.32) {
+    block.put(Numbers::Zero(block.size()), block.of_u);
+    Held<Scene> held(block, threads, dt, floor);
+    Multigrid<typename Held<Scene>::Problem> multigrid({}, held.of_multigrid);
+    multigrid.renew(held.problem);
+    Numbers weights = Numbers::Zero(block.size());
+    for (int i = 1; i < block.size(); i += Scene::D) weights[i] = -1;
+    block.put(weights, held.r1);
+    held.problem.to_forces(held.r1);
+    const SolverReport report = conjugate_gradients(
+        held.problem, [&](std::size_t z, std::size_t r) { multigrid.apply(held.problem, z, r); },
+        {held.z2, held.r1, held.r2, held.z1}, {tolerance, 200});
+    CHECK(report.has_converged);
+    CHECK(multigrid.report().is_definite);
+    if (solution) {
+        held.problem.to_displacement(held.z2);
+        held.problem.vectors().copy(0, held.z2);
+        *solution = block.get();
+    }
+    return report;
+}
+
+TEST_CASE("Iterations do not grow with the number of cells", "[implicit]") {
+    const auto iterations = [](auto block) { return solve(block, 1, 1e-8).iterations; };
+    using Solid = FixedCorotated<double>;
+    const auto material = Solid::from_young_poisson(1e5, 0.3);
+    using Plane = Block<QuadraticBSpline, WeightGradientForce, Solid, 2>;
+    std::vector<int> all;
+    for (const int n : {12, 24, 48}) all.push_back(iterations(Plane(material, 0, n, 6.1)));
+    CAPTURE(all);
+    CHECK(all.back() <= 1.5 * all.front());
+    CHECK(all.back() <= 20);
+    CHECK(iterations(Block<QuadraticBSpline, MlsForce, Solid, 2>(material, 0, 24, 6.1)) <= 20);
+    CHECK(iterations(Block<CubicBSpline, MlsForce, Solid, 2>(material, 0, 24, 6.1)) <= 25);
+    CHECK(iterations(Block<QuadraticBSpline, WeightGradientForce, Solid, 3>(material, 0, 8, 6.1)) <= 30);
+    Block<QuadraticBSpline, WeightGradientForce, FixedCorotated<float>, 2> in_float(
+        FixedCorotated<float>::from_young_poisson(1e5, 0.3), 0, 24, 6.1);
+    CHECK(solve(in_float, 1, 1e-4).iterations <= 12);
+}
+
+TEST_CASE("A multigrid has the same bits for any number of threads", "[implicit]") {
+    const auto check = [](auto block) {
+        Numbers expected, got;
+        for (const int threads : {1, 2, 3}) {
+            solve(block, threads, 1e-5, threads == 1 ? &expected : &got, 1);
+            if (threads > 1) CHECK(got == expected);
+        }
+    };
+    check(Block<QuadraticBSpline, WeightGradientForce, FixedCorotated<double>, 2>(
+        FixedCorotated<double>::from_young_poisson(1e5, 0.3), 0.01, 48, 6.1));
+    check(Block<QuadraticBSpline, MlsForce, FixedCorotated<float>, 3>(
+        FixedCorotated<float>::from_young_poisson(1e5, 0.3), 0.01, 8, 6.1));
+}
+
 }  // namespace implicit_multigrid_tests
