@@ -24,7 +24,8 @@ using namespace firn;
 
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
-    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"}, {"first", "10"}, {"coarsest", "40"}, {"safety", "1.15"}};
+    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
+    {"first", "10"},    {"coarsest", "40"},   {"safety", "1.15"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {
@@ -78,7 +79,8 @@ void solve(int cells) {
     if (number("inertia") > 0) inertia = NodalInertia<S>{masses, number("inertia"), u};
     scatter_volumes<Kernel>(grid, threads, ParticleSets<View>(motion));
     const SmallNodes<S, D> small(grid, {number("threshold")}, threads);
-    Vec<double, D> low = Vec<double, D>::filled(is_slope ? 0.01 * h : -7 * h), high = size + Vec<double, D>::filled(7 * h);
+    Vec<double, D> low = Vec<double, D>::filled(is_slope ? 0.01 * h : -7 * h),
+                   high = size + Vec<double, D>::filled(7 * h);
     if (is_slope) {
         high[0] = size[0] - 0.01 * h;
         if constexpr (D == 3) high[2] = size[2] - 0.01 * h;
@@ -126,8 +128,12 @@ void solve(int cells) {
         run([&](std::size_t to, std::size_t from) { jacobi.apply(vectors, to, from); }, made,
             time_of([&] { jacobi.apply(vectors, z, r); }));
     } else {
-        Multigrid<decltype(problem)> multigrid(
-            {.degree = int(number("degree")), .range = number("range"), .safety = number("safety"), .first_iterations = int(number("first")), .coarsest = std::size_t(number("coarsest"))}, of_multigrid);
+        Multigrid<decltype(problem)> multigrid({.degree = int(number("degree")),
+                                                .range = number("range"),
+                                                .safety = number("safety"),
+                                                .first_iterations = int(number("first")),
+                                                .coarsest = std::size_t(number("coarsest"))},
+                                               of_multigrid);
         const double begin = now();
         multigrid.renew(problem);
         const double made = now() - begin, again = time_of([&] { multigrid.renew(problem); });

@@ -52,8 +52,9 @@ struct Block {
     static Domain<D> make_domain() { return Domain<D>(Vec<double, D>::filled(-0.3), Vec<double, D>::filled(4.5), 0.1); }
 
     /// \param at  the lower corner of the block, along every axis [cells]
-    Block(const Material& m, double strain, int n = 4, double at = 5.3, double step = 1, std::uint64_t seed = 1)
-        : material(m), dt(step), domain(make_domain()), particles(domain), grid(domain) {
+    Block(const Material& m, double strain, int n = 4, double at = 5.3, double step = 1, std::uint64_t seed = 1,
+          const Domain<D>& in = make_domain())
+        : material(m), dt(step), domain(in), particles(domain), grid(domain) {
         Random random(seed);
         const double h = domain.cell_size;
         int all = 1;
@@ -61,7 +62,8 @@ struct Block {
         for (int i = 0; i < all; ++i) {
             Vec<double, D> x{};
             for (int a = 0, rest = i; a < D; ++a, rest /= n)
-                x[a] = domain.lower[a] + h * (at + 0.5 * (rest % n + 0.5) + random.uniform(-0.1, 0.1));
+                x[a] = into_domain(domain, a,
+                                   domain.lower[a] + h * (at + 0.5 * (rest % n + 0.5) + random.uniform(-0.1, 0.1)));
             auto state = initial_state<D>(material);
             if constexpr (requires { state.F; })
                 state.F = DeformationGradient<S, D>::from_displacement(cast<S>(random.gaussian<D>() * strain));
@@ -76,8 +78,11 @@ struct Block {
             if (!particles.is_particle(slot)) continue;
             Particle p{slot, double(particles.volume(slot)), particles.state(slot), {}};
             by_definition::for_nodes<Kernel>(domain, particles.exact_position(slot), [&](const auto& node) {
-                const auto [found, is_new] = nodes.try_emplace(node.index, int(nodes.size()));
-                if (is_new) offsets.push_back(std::size_t(grid.find_node(node.index) - grid.nodes(0)));
+                auto index = node.index;
+                for (std::size_t a = 0; a < std::size_t(D); ++a)
+                    if (domain.periodic[a]) index[a] = modulo(index[a], domain.cells(int(a)));
+                const auto [found, is_new] = nodes.try_emplace(index, int(nodes.size()));
+                if (is_new) offsets.push_back(std::size_t(grid.find_node(index) - grid.nodes(0)));
                 Vec<double, D> w = node.gradient;
                 if constexpr (!Force::weight_gradients)
                     w = node.offset * (node.weight * double(inverse_inertia<Kernel>(h)));

@@ -78,9 +78,9 @@ public:
     using Level = StencilLevel<S, D, C - 1>;
     using Nodes = std::array<std::uint32_t, std::size_t(coarse)>;
     /// The derivatives of a particle's matrix: number a + D b of (k, l) is that of element (a, k) by (b, l) of ∇u.
-    using Tangent = std::array<S, std::size_t(N * block)>;
+    using Tangent = std::array<S, std::size_t(N* block)>;
     /// The gradients of the coarse nodes' weights: D components of each.
-    using Gradients = std::array<S, std::size_t(coarse * D)>;
+    using Gradients = std::array<S, std::size_t(coarse* D)>;
 
     /// Adds a particle. \param of_axes  the gradients for motion along each axis; or one for all
     template <bool is_symmetric>
@@ -319,8 +319,7 @@ void add_coarse_hessian(const Set& set, const SparseGrid<S, D>& grid, double dt,
             RowsInGrid<Kernel, D> rows;
             rows.find(grid.neighbours(partition, range), pack.weights.corner[first + lane], [](auto) {});
             std::uint8_t free_here[fine], all = (1 << D) - 1;
-            for (int i = 0; i < fine; ++i)
-                all &= free_here[i] = free[rows.number(i / K, i % K) / node_width];
+            for (int i = 0; i < fine; ++i) all &= free_here[i] = free[rows.number(i / K, i % K) / node_width];
             const bool is_free = all == (1 << D) - 1;
             memory.particles.push_back({reach, index, is_free ? 1u : unsigned(D), used});
             if (is_free)

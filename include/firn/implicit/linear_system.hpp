@@ -26,8 +26,8 @@ public:
 
     /// The vectors of the system's nodes.
     NodeVectors<S, D> vectors() const { return {potential_.grid(), potential_.threads()}; }
-    Potential& potential() const { return potential_; }                       ///< The potential of the particles.
-    const SmallNodes<S, D>& small_nodes() const { return small_; }            ///< The nodes that follow others.
+    Potential& potential() const { return potential_; }                        ///< The potential of the particles.
+    const SmallNodes<S, D>& small_nodes() const { return small_; }             ///< The nodes that follow others.
     const NodeConstraints<S, D>& constraints() const { return constraints_; }  ///< The nodes that a boundary holds.
     /// Turns a vector into a displacement: small nodes follow, and constrained nodes keep their free part alone.
     void to_displacement(std::size_t k) const {

@@ -4,8 +4,8 @@
 /// the size, has a matrix that is summed up from the particles; those of coarser levels follow from it. All smoothers
 /// are Chebyshev polynomials of block Jacobi, and the coarsest level is solved directly.
 ///
-/// Small nodes, which follow others, get no correction from coarse levels; the matrices of these count all the same what
-/// they would do as independent nodes. Without that, coarse levels are too soft at surfaces, and iterations grow.
+/// Small nodes, which follow others, get no correction from coarse levels; the matrices of these count all the same
+/// what they would do as independent nodes. Without that, coarse levels are too soft at surfaces, and iterations grow.
 #pragma once
 
 #include <firn/implicit/coarse_hessian.hpp>
@@ -18,12 +18,12 @@ namespace firn::inline FIRN_BUILD {
 
 /// How a multigrid is made.
 struct MultigridRule {
-    int degree = 2;              ///< Degree of the smoother's polynomial, from 1 on: a cycle takes 2 degree products.
-    double range = 4;            ///< Largest eigenvalue that the smoother damps, as a multiple of the smallest one [1].
-    double safety = 1.15;        ///< Factor of the largest eigenvalue that power iterations find [1].
-    int first_iterations = 10;   ///< Number of power iterations on a new grid.
-    int later_iterations = 1;    ///< Number of power iterations in each later renew(): they go on from the last ones.
-    std::size_t coarsest = 40;   ///< Number of nodes from which on a level is solved directly.
+    int degree = 2;             ///< Degree of the smoother's polynomial, from 1 on: a cycle takes 2 degree products.
+    double range = 4;           ///< Largest eigenvalue that the smoother damps, as a multiple of the smallest one [1].
+    double safety = 1.15;       ///< Factor of the largest eigenvalue that power iterations find [1].
+    int first_iterations = 10;  ///< Number of power iterations on a new grid.
+    int later_iterations = 1;   ///< Number of power iterations in each later renew(): they go on from the last ones.
+    std::size_t coarsest = 40;  ///< Number of nodes from which on a level is solved directly.
 };
 
 /// What a multigrid is like.
@@ -54,10 +54,11 @@ public:
         : rule_(rule), r_(first_layer), d_(first_layer + 1), v_(first_layer + 2) {
         if (rule.degree < 1 || rule.first_iterations < 1 || rule.later_iterations < 1 || !(rule.range > 1) ||
             !(rule.safety >= 1))
-            throw parameter_error(sentence("A multigrid takes a degree and numbers of iterations from 1 on, a range "
-                                           "above 1 and a safety from 1 on; not ",
-                                           rule.degree, ", ", rule.first_iterations, ", ", rule.later_iterations, ", ",
-                                           rule.range, " and ", rule.safety, "."));
+            throw parameter_error(
+                sentence("A multigrid takes a degree and numbers of iterations from 1 on, a range "
+                         "above 1 and a safety from 1 on; not ",
+                         rule.degree, ", ", rule.first_iterations, ", ", rule.later_iterations, ", ", rule.range,
+                         " and ", rule.safety, "."));
     }
 
     /// Renews the preconditioner, at the last displacement of the problem. Overwrites the present numbers.
@@ -151,21 +152,20 @@ private:
     }
     /// d ← s d + t B⁻¹ r, x ← x + d.
     void step(const NodeVectors<S, D>& vectors, std::size_t x, S s, S t) const {
-        detail::for_chunks(
-            inverses_.size(), workers_,
-            [&, to = vectors.numbers(x), d = vectors.numbers(d_), r = vectors.numbers(r_)](std::size_t first,
-                                                                                        std::size_t last) {
-                for (std::size_t i = first; i < last; ++i) {
-                    Vec<S, D> rest;
-                    for (int a = 0; a < D; ++a) rest[a] = r[i * node_width + std::size_t(a)];
-                    const Vec<S, D> change = inverses_[i] * rest;
-                    for (std::size_t a = 0, k = i * node_width; a < node_width; ++a, ++k) {
-                        const S part = a < std::size_t(D) ? t * change[int(a)] : S(0);
-                        d[k] = s == S(0) ? part : s * d[k] + part;
-                        to[k] += d[k];
-                    }
-                }
-            });
+        detail::for_chunks(inverses_.size(), workers_,
+                           [&, to = vectors.numbers(x), d = vectors.numbers(d_), r = vectors.numbers(r_)](
+                               std::size_t first, std::size_t last) {
+                               for (std::size_t i = first; i < last; ++i) {
+                                   Vec<S, D> rest;
+                                   for (int a = 0; a < D; ++a) rest[a] = r[i * node_width + std::size_t(a)];
+                                   const Vec<S, D> change = inverses_[i] * rest;
+                                   for (std::size_t a = 0, k = i * node_width; a < node_width; ++a, ++k) {
+                                       const S part = a < std::size_t(D) ? t * change[int(a)] : S(0);
+                                       d[k] = s == S(0) ? part : s * d[k] + part;
+                                       to[k] += d[k];
+                                   }
+                               }
+                           });
     }
     /// r ← r − A d.
     void reduce(Problem& problem) const {
@@ -193,17 +193,17 @@ private:
         const auto vectors = problem.vectors();
         for (int k = 0; k < count; ++k) {
             problem.multiply(v_);
-            detail::for_chunks(inverses_.size(), workers_,
-                               [&, v = vectors.numbers(v_), product = vectors.numbers(0)](std::size_t first,
-                                                                                         std::size_t last) {
-                                   for (std::size_t i = first; i < last; ++i) {
-                                       Vec<S, D> of_node;
-                                       for (int a = 0; a < D; ++a) of_node[a] = product[i * node_width + std::size_t(a)];
-                                       of_node = inverses_[i] * of_node;
-                                       for (std::size_t a = 0; a < node_width; ++a)
-                                           v[i * node_width + a] = a < std::size_t(D) ? of_node[int(a)] : S(0);
-                                   }
-                               });
+            detail::for_chunks(
+                inverses_.size(), workers_,
+                [&, v = vectors.numbers(v_), product = vectors.numbers(0)](std::size_t first, std::size_t last) {
+                    for (std::size_t i = first; i < last; ++i) {
+                        Vec<S, D> of_node;
+                        for (int a = 0; a < D; ++a) of_node[a] = product[i * node_width + std::size_t(a)];
+                        of_node = inverses_[i] * of_node;
+                        for (std::size_t a = 0; a < node_width; ++a)
+                            v[i * node_width + a] = a < std::size_t(D) ? of_node[int(a)] : S(0);
+                    }
+                });
             eigenvalue_ = rule_.safety * normalise(vectors, v_);
         }
     }
@@ -288,13 +288,13 @@ private:
         add_coarse_hessian(problem.potential(), free_.data(), level);
         if constexpr (requires { problem.inertia(); })
             if (const auto& inertia = problem.inertia())
-                level.add_coarsened_diagonal(transfers_[0], [&, per_square = S(1 / (inertia->dt * inertia->dt))](
-                                                                std::size_t q) {
-                    Vec<S, D> diagonal;
-                    for (int a = 0; a < D; ++a)
-                        diagonal[a] = (free_[at_[q]] >> a & 1) != 0 ? inertia->masses[at_[q]] * per_square : S(0);
-                    return diagonal;
-                });
+                level.add_coarsened_diagonal(
+                    transfers_[0], [&, per_square = S(1 / (inertia->dt * inertia->dt))](std::size_t q) {
+                        Vec<S, D> diagonal;
+                        for (int a = 0; a < D; ++a)
+                            diagonal[a] = (free_[at_[q]] >> a & 1) != 0 ? inertia->masses[at_[q]] * per_square : S(0);
+                        return diagonal;
+                    });
     }
     bool factor(const Level& level) {
         std::vector<double> matrix = level.dense();

@@ -136,7 +136,8 @@ public:
         for (int i = 0; i < count; ++i) {
             const Place place = in_cube(low, width, i);
             std::size_t block = 0;
-            for (std::size_t a = 0; a < std::size_t(D); ++a) block = block * most + std::size_t((place[a] >> 2) - first[a]);
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                block = block * most + std::size_t((place[a] >> 2) - first[a]);
             to[i] = index_in(blocks[block], bit_of(place));
         }
     }

@@ -28,9 +28,9 @@ namespace firn::inline FIRN_BUILD {
 template <class Kernel, class Force, std::floating_point S, int D, class... Sets>
 class IncrementalPotential {
 public:
-    using kernel_type = Kernel;            ///< The kernel.
-    using scalar_type = S;                 ///< The scalar type: float or double.
-    static constexpr int dimension = D;    ///< The dimension: 2 or 3.
+    using kernel_type = Kernel;          ///< The kernel.
+    using scalar_type = S;               ///< The scalar type: float or double.
+    static constexpr int dimension = D;  ///< The dimension: 2 or 3.
     /// Whether all materials have a potential: the Hessian is then symmetric.
     static constexpr bool is_symmetric = (Sets::is_symmetric && ...);
 

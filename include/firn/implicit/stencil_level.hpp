@@ -13,9 +13,9 @@ namespace firn::inline FIRN_BUILD {
 template <int D>
 class NodeTransfer {
 public:
-    static constexpr int parents = 1 << D;                     ///< Number of coarse nodes by which a fine node moves.
-    static constexpr int children = 1 << 2 * D;                ///< Number of fine nodes that move by a coarse node.
-    using Place = typename NodeSet<D>::Place;                  ///< Index of a node along each axis.
+    static constexpr int parents = 1 << D;       ///< Number of coarse nodes by which a fine node moves.
+    static constexpr int children = 1 << 2 * D;  ///< Number of fine nodes that move by a coarse node.
+    using Place = typename NodeSet<D>::Place;    ///< Index of a node along each axis.
 
     /// Finds the parents and children of all nodes. \param coarse  the parents of all nodes of `fine`
     NodeTransfer(const NodeSet<D>& fine, const NodeSet<D>& coarse, int workers) {
@@ -119,11 +119,11 @@ private:
 template <std::floating_point S, int D, int R>
 class StencilLevel {
 public:
-    static constexpr int width = 2 * R + 1;                             ///< Number of blocks of a row along each axis.
+    static constexpr int width = 2 * R + 1;  ///< Number of blocks of a row along each axis.
     static constexpr int blocks = D == 2 ? width * width : width * width * width;  ///< Number of blocks of a row.
-    static constexpr int centre = blocks / 2;                           ///< Index of the block of a node with itself.
+    static constexpr int centre = blocks / 2;                             ///< Index of the block of a node with itself.
     static constexpr std::size_t row_size = std::size_t(blocks * D * D);  ///< Number of numbers of a row.
-    using Place = typename NodeSet<D>::Place;                           ///< Index of a node along each axis.
+    using Place = typename NodeSet<D>::Place;                             ///< Index of a node along each axis.
 
     /// Makes the level of some nodes, with a matrix of zeros.
     StencilLevel(NodeSet<D> nodes, int workers) : nodes_(std::move(nodes)), workers_(workers) {
@@ -143,8 +143,8 @@ public:
 
     aligned_vector<S> x, r, d, y;  ///< Vectors of the smoother, with a zero behind the last node.
 
-    std::size_t size() const { return nodes_.size(); }    ///< Number of nodes.
-    const NodeSet<D>& nodes() const { return nodes_; }    ///< The nodes.
+    std::size_t size() const { return nodes_.size(); }  ///< Number of nodes.
+    const NodeSet<D>& nodes() const { return nodes_; }  ///< The nodes.
     /// The blocks of one node with the nodes around it, the last axis fastest, each column by column.
     S* row(std::size_t i) { return matrix_.data() + i * row_size; }
     const S* row(std::size_t i) const { return matrix_.data() + i * row_size; }
@@ -362,7 +362,8 @@ private:
         S sums[D * D] = {};
         for (int k = 0; k < blocks; ++k, block += D * D)
             for (int b = 0; b < D; ++b)
-                for (int a = 0; a < D; ++a) sums[a + D * b] += block[a + D * b] * v[near[k] * std::size_t(D) + std::size_t(b)];
+                for (int a = 0; a < D; ++a)
+                    sums[a + D * b] += block[a + D * b] * v[near[k] * std::size_t(D) + std::size_t(b)];
         Vec<S, D> product = Vec<S, D>::zero();
         for (int b = 0; b < D; ++b)
             for (int a = 0; a < D; ++a) product[a] += sums[a + D * b];
