@@ -29,14 +29,21 @@ struct StepSolution {
     std::size_t small_nodes = 0;  ///< Number of nodes that follow others. \see SmallNodes
 };
 
+/// What brings the linear solves of Newton's method to their end in few products.
+enum class Preconditioning {
+    multigrid,    ///< A multigrid: the number of products does not grow with the number of cells. \see Multigrid
+    block_jacobi  ///< The diagonal blocks of the Hessian: less work a product. It serves short steps with inertia.
+};
+
 namespace detail {
 /// What QuasiStatic and Implicit share.
 struct SolvedSteps {
     static constexpr bool is_explicit = false;  ///< Steps solve equations.
     using Solution = StepSolution;              ///< What a simulation tells of the solution of its last step.
 
-    NewtonLimits newton{};              ///< When Newton's method stops, and how exactly it solves.
-    SmallNodeRule small_nodes{};        ///< Which nodes follow others.
+    NewtonLimits newton{};  ///< When Newton's method stops, and how exactly it solves.
+    Preconditioning preconditioning = Preconditioning::multigrid;  ///< How linear solves are preconditioned.
+    SmallNodeRule small_nodes{};                                   ///< Which nodes follow others.
     int most_rounds = 40;               ///< How often friction and separation are found anew at most.
     int most_halvings = 12;             ///< How often a step is halved at most.
     double largest_motion = unlimited;  ///< Largest motion of a node in a step [cells]; beyond it, a step is halved.
@@ -67,9 +74,10 @@ struct SolvedSteps {
     /// Returns the parameters as a text: a restart to the same bits needs the same ones.
     std::string description(bool /* exactly */) const {
         std::string text = "solved steps";
-        for (const double number : {newton.tolerance, double(newton.iterations), newton.forcing, newton.least_forcing,
-                                    double(newton.solver_iterations), double(newton.cuts), newton.radius,
-                                    small_nodes.threshold, double(most_rounds), double(most_halvings), largest_motion})
+        for (const double number :
+             {newton.tolerance, double(preconditioning), double(newton.iterations), newton.forcing,
+              newton.least_forcing, double(newton.solver_iterations), double(newton.cuts), newton.radius,
+              small_nodes.threshold, double(most_rounds), double(most_halvings), largest_motion})
             text += " " + exact_text(number);
         return text;
     }

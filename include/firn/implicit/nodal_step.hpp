@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/implicit/integration.hpp>
+#include <firn/implicit/multigrid.hpp>
 #include <firn/loops/layers.hpp>
 #include <firn/simulation/pass.hpp>
 
@@ -21,9 +22,9 @@ inline constexpr std::size_t trial = 9;                   ///< The displacement 
 inline constexpr SolverLayers of_solver{10, 11, 12, 13};  ///< Those of the linear solves.
 inline constexpr std::size_t pushed = 14;                 ///< All loads, the friction of the boundary included [N].
 inline constexpr std::size_t weights = 15;                ///< Masses × acceleration [N].
-inline constexpr std::size_t stage = 16;       ///< The displacement at the end of the first of two stages [m].
-inline constexpr std::size_t of_gmres = 40;    ///< The first of those of GMRES.
-inline constexpr std::size_t first_free = 17;  ///< The first of those that a preconditioner may use.
+inline constexpr std::size_t stage = 16;         ///< The displacement at the end of the first of two stages [m].
+inline constexpr std::size_t of_multigrid = 17;  ///< The first of those of the multigrid.
+inline constexpr std::size_t of_gmres = 20;      ///< The first of those of GMRES.
 }  // namespace layer
 
 namespace detail {
@@ -210,14 +211,19 @@ private:
     /// \param dt  time from the start of the step [s]
     template <class Potential>
     void settle(Potential& potential, double dt) {
+        using Problem = StepProblem<Potential, S, D>;
         if (constraints_->are_nonlinear()) begin_contact(dt);
+        Multigrid<Problem> multigrid({}, layer::of_multigrid);
+        JacobiPreconditioner<S, D> jacobi;
         for (solution_.rounds = 1;; ++solution_.rounds) {
             vectors_.copy(layer::pushed, layer::loads);
             constraints_->add_friction(vectors_.numbers(layer::pushed));
             impose(dt);
-            StepProblem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
-            solution_.newton = newton(problem, {layer::displacement, layer::of_solver, layer::trial, layer::of_gmres},
-                                      rule_.newton, preconditioner_);
+            Problem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
+            const NewtonLayers layers{layer::displacement, layer::of_solver, layer::trial, layer::of_gmres};
+            solution_.newton = rule_.preconditioning == Preconditioning::multigrid
+                                   ? newton(problem, layers, rule_.newton, multigrid)
+                                   : newton(problem, layers, rule_.newton, jacobi);
             solution_.newton_steps += solution_.newton.steps();
             solution_.products += solution_.newton.products;
             solution_.has_settled = !constraints_->are_nonlinear();
@@ -257,7 +263,6 @@ private:
     std::optional<SmallNodes<S, D>> small_;
     std::optional<NodeConstraints<S, D>> constraints_;
     std::optional<NodalInertia<S>> inertia_;
-    JacobiPreconditioner<S, D> preconditioner_;
     aligned_vector<S> blocks_;
     StepSolution solution_;
 };
