@@ -150,6 +150,53 @@ TEST_CASE("A step is continued along a direction to a radius, or shortened to it
     }
 }
 
+/// A problem whose gradient has the size f(x), where x is one number of the displacement; x < 0 inverts a particle.
+template <class F>
+struct Scripted {
+    using scalar_type = double;
+    NodeVectors<double, 2> of;
+    F f;
+
+    const NodeVectors<double, 2>& vectors() const { return of; }
+    DisplacementReport displace(std::size_t u) const { return {.inverted = of.numbers(u)[0] < 0}; }
+    double gradient(std::size_t u) const {
+        of.fill(0, 0);
+        of.numbers(0)[0] = f(of.numbers(u)[0]);
+        return 1;
+    }
+};
+
+TEST_CASE("A line search on the gradient takes the first that is small enough, else the smallest", "[implicit]") {
+    auto block = soft_block<2>(4);
+    const NodeVectors<double, 2> vectors(block.grid, 1);
+    const NewtonLayers layers{3, {4, 5, 6, 7}, 8};
+    for (const std::size_t k : {layers.displacement, layers.solver.solution, layers.trial}) vectors.make(k);
+    struct Found {
+        bool is_accepted;
+        double x, gradient;
+        int cuts;
+    };
+    // From x = 2 by a step of 1.
+    const auto search = [&](const auto& f, double step = 1) {
+        Scripted<std::remove_cvref_t<decltype(f)>> problem{vectors, f};
+        vectors.numbers(layers.displacement)[0] = 2;
+        vectors.numbers(layers.solver.solution)[0] = step;
+        detail::LineSearch<decltype(problem)> line(problem, layers, {.cuts = 5});
+        const bool is_accepted = line.run(10);
+        return Found{is_accepted, vectors.numbers(layers.trial)[0], vectors.numbers(0)[0], line.cuts};
+    };
+    const Found whole = search([](double) { return 9.0; });
+    CHECK((whole.is_accepted && whole.x == 3 && whole.gradient == 9 && whole.cuts == 0));
+    const Found quarter = search([](double x) { return x > 2.3 ? 11.0 : 9.5; });
+    CHECK((quarter.is_accepted && quarter.x == 2.25 && quarter.gradient == 9.5 && quarter.cuts == 2));
+    const Found least = search([](double x) { return x == 2.5 ? 9.9999 : 9.99999; });
+    CHECK((least.is_accepted && least.x == 2.5 && least.gradient == 9.9999));
+    const Found inverted = search([](double) { return 9.0; }, -9);
+    CHECK((inverted.is_accepted && inverted.x == 2 - 9. / 8 && inverted.cuts == 3));
+    CHECK(!search([](double) { return 10.0; }).is_accepted);
+    CHECK(!search([](double) { return std::nan(""); }).is_accepted);
+}
+
 TEST_CASE("Floats converge, too", "[implicit]") {
     Block<QuadraticBSpline, MlsForce, NeoHookean<float>, 3> block(NeoHookean<float>::from_young_poisson(1e5, 0.3), 0, 4,
                                                                   6.1);
