@@ -24,8 +24,8 @@ using namespace firn;
 
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
-    {"range", "4"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
-    {"first", "10"},    {"coarsest", "40"},   {"safety", "1.15"}};
+    {"range", "8"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
+    {"first", "8"},    {"coarsest", "40"},   {"safety", "1.15"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {

@@ -65,8 +65,10 @@ private:
 /// products w_k w_l with k ≤ l.
 template <std::floating_point S, int D>
 struct QuadraticBlocks {
-    static constexpr int products = symmetric_size<D>;
-    S of[products][D * D];  ///< C_s, column by column
+    using P = native_pack<S>;
+    static constexpr int lanes = scalar_traits<P>::lanes, products = symmetric_size<D>;
+    static constexpr int packs = (D * D + lanes - 1) / lanes;
+    alignas(64) S of[products][packs * lanes] = {};  ///< C_s, column by column
 
     /// Takes the tangent of the particle in one lane. \see DisplacedSet::tangent
     template <class Tangent>
@@ -82,13 +84,18 @@ struct QuadraticBlocks {
     }
     /// Adds K to D × D numbers, column by column.
     FIRN_INLINE void add_to(S* block, const Vec<S, D>& w) const {
+        P sums[packs];
+        for (P& sum : sums) sum = P(0);
         unroll<D>([&](auto k) FIRN_LAMBDA {
             unroll<D - k>([&](auto more) FIRN_LAMBDA {
-                const S product = w.v[k] * w.v[k + more];
+                const P product(w.v[k] * w.v[k + more]);
                 const S* const from = of[symmetric_index<D>(k, k + more)];
-                for (int i = 0; i < D * D; ++i) block[i] += product * from[i];
+                for (int p = 0; p < packs; ++p) sums[p] = sums[p] + product * P::load(from + p * lanes);
             });
         });
+        S numbers[packs * lanes];
+        for (int p = 0; p < packs; ++p) sums[p].store(numbers + p * lanes);
+        for (int i = 0; i < D * D; ++i) block[i] += numbers[i];
     }
 };
 

@@ -128,7 +128,8 @@ public:
     /// Makes the level of some nodes, with a matrix of zeros.
     StencilLevel(NodeSet<D> nodes, int workers) : nodes_(std::move(nodes)), workers_(workers) {
         firn::renew(neighbours_, size() * std::size_t(blocks), workers);
-        firn::renew(matrix_, size() * row_size, workers);
+        firn::renew(matrix_, size() * row_size + packs * lanes, workers);  // packs read beyond the last row
+        spread_.assign((size() + 1) * std::size_t(packs * lanes), S(0));
         for (auto* const vector : {&x, &r, &d, &y}) vector->assign((size() + 1) * std::size_t(D), S(0));
         for_nodes([&](std::size_t i) {
             Place low = nodes_.place(i);
@@ -228,8 +229,9 @@ public:
     }
     /// r ← r − A d.
     void reduce() {
+        spread(d);
         for_nodes([&](std::size_t i) {
-            const Vec<S, D> product = product_of(i, d.data());
+            const Vec<S, D> product = product_of(i);
             for (std::size_t a = 0; a < std::size_t(D); ++a) r[i * std::size_t(D) + a] -= product[int(a)];
         });
     }
@@ -239,7 +241,8 @@ public:
         for (int k = 0; k < count; ++k) {
             const double before = norm(y);
             if (!(before > 0)) return 0;
-            for_nodes([&](std::size_t i) { put(d, i, inverses_[i] * product_of(i, y.data())); });
+            spread(y);
+            for_nodes([&](std::size_t i) { put(d, i, inverses_[i] * product_of(i)); });
             const double after = norm(d);
             ratio = after / before;
             for_nodes([&](std::size_t i) { put(y, i, get(d, i) * S(after > 0 ? 1 / after : 0)); });
@@ -282,6 +285,10 @@ public:
     }
 
 private:
+    using P = native_pack<S>;
+    static constexpr int lanes = scalar_traits<P>::lanes;
+    static constexpr int packs = (D * D + lanes - 1) / lanes;  // of a block
+
     // A cell is the 2^D nodes whose first parent is one coarse node I: those at 2 I − 1 and 2 I along each axis.
     static constexpr int child_in_cell(int q) {
         int k = 0;
@@ -356,17 +363,35 @@ private:
             by_colour_.insert(by_colour_.end(), one.begin(), one.end());
         }
     }
-    Vec<S, D> product_of(std::size_t i, const S* v) const {
+    /// Writes each number of a vector as often as a column of a block has numbers, for product_of().
+    void spread(const aligned_vector<S>& v) {
+        for_nodes([&](std::size_t i) {
+            S* const to = spread_.data() + i * std::size_t(packs * lanes);
+            for (int b = 0; b < D; ++b)
+                for (int a = 0; a < D; ++a) to[a + D * b] = v[i * std::size_t(D) + std::size_t(b)];
+        });
+    }
+    Vec<S, D> product_of(std::size_t i) const {
         const std::uint32_t* const near = neighbours(i);
         const S* block = row(i);
-        S sums[D * D] = {};
-        for (int k = 0; k < blocks; ++k, block += D * D)
-            for (int b = 0; b < D; ++b)
-                for (int a = 0; a < D; ++a)
-                    sums[a + D * b] += block[a + D * b] * v[near[k] * std::size_t(D) + std::size_t(b)];
+        P sums[2][packs];  // two chains of sums
+        for (auto& chain : sums)
+            for (P& sum : chain) sum = P(0);
+        const auto add = [&](P* chain, int k) FIRN_LAMBDA {
+            const S* const vector = spread_.data() + near[k] * std::size_t(packs * lanes);
+            for (int p = 0; p < packs; ++p)  // beyond a block are numbers of the next one, times zero
+                chain[p] = chain[p] + P::load(block + k * D * D + p * lanes) * P::load(vector + p * lanes);
+        };
+        for (int k = 0; k + 1 < blocks; k += 2) {
+            add(sums[0], k);
+            add(sums[1], k + 1);
+        }
+        add(sums[0], blocks - 1);
+        S numbers[packs * lanes];
+        for (int p = 0; p < packs; ++p) (sums[0][p] + sums[1][p]).store(numbers + p * lanes);
         Vec<S, D> product = Vec<S, D>::zero();
         for (int b = 0; b < D; ++b)
-            for (int a = 0; a < D; ++a) product[a] += sums[a + D * b];
+            for (int a = 0; a < D; ++a) product[a] += numbers[a + D * b];
         return product;
     }
     double norm(const aligned_vector<S>& v) const {
@@ -378,7 +403,7 @@ private:
     NodeSet<D> nodes_;
     int workers_;
     aligned_vector<std::uint32_t> neighbours_;
-    aligned_vector<S> matrix_;
+    aligned_vector<S> matrix_, spread_;
     std::vector<Mat<S, D>> inverses_;
     std::vector<std::uint32_t> by_colour_;
     std::vector<std::size_t> begins_, counts_;
