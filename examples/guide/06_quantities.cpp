@@ -76,7 +76,8 @@ int main() {
     //!
     //! Matter that is added has no stress, and gravity makes it fall onto itself. Either let it settle, as above:
     //! `advance` with firn::Damped and a gravity that grows, until `totals().kinetic_energy` is small; then go on
-    //! without damping from there, or from a copy of the simulation. Or give it the stress that it will have. At the
+    //! without damping from there, or from a copy of the simulation. Or let a [quasi-static
+    //! step](19_implicit_steps.cpp) find the state at rest. Or give it the stress that it will have. At the
     //! depth z of a level bed between walls that slip, with M = E (1 − ν)/((1 + ν)(1 − 2ν)):
     //!
     //! ```cpp

@@ -11,7 +11,7 @@
 //! | threads | one for each core, by `OMP_NUM_THREADS` or `firn::Coloured{.threads = 8}` |
 //! | places | `OMP_PLACES=cores OMP_PROC_BIND=close`, if no other program runs on a machine with several processors |
 //! | precision | `float`; `double` takes about twice the time |
-//! | stiffness | E as small as the scene allows; with four times the E, a run has twice as many steps |
+//! | stiffness | E as small as the scene allows; with four times the E, a run has twice as many steps. For stiff matter that moves slowly: [implicit steps](19_implicit_steps.cpp) |
 //! | transfer | firn::Apic; firn::Flip, firn::Aflip and firn::Asflip take a second P2G in each step |
 //! | execution | firn::Coloured; firn::FixedPoint is for comparison with GPUs |
 //!

@@ -2,7 +2,8 @@
 //!
 //! A step is a list of passes: "sort", "push" (loads and forces), "p2g", "grid update", "g2p", "end g2p", "sinks and
 //! sources". Policies add theirs: FMPM "refine velocities", a contact law "contact", F-bar "average volumes", GapContact
-//! "find gaps" and "act by gap". `simulation.passes()` has them in order, each with what it reads and writes.
+//! "find gaps" and "act by gap"; [implicit steps](19_implicit_steps.cpp) have "loads" and "solve" in place of "push" and
+//! "grid update". `simulation.passes()` has them in order, each with what it reads and writes.
 //!
 //! A pass of your own is a function that gets the simulation and the present step. It stands behind another pass, acts
 //! in every step, and a copy of the simulation has it, too. So a controller, a probe or a field of your own on the grid
