@@ -5,8 +5,9 @@
 ///
 /// scene=block (a cube of CELLS) or slope (CELLS × CELLS/2, with a ragged surface; in 3D CELLS/4 deep between slip
 /// walls); dimension=2; form=quadratic, mls (the force form), cubic (the kernel, with MLS) or float; with=multigrid or
-/// jacobi; degree=2 (of the smoother); threshold=0.1 (part of the largest node's volume below which nodes follow
-/// others); tolerance=1e-8; inertia=0 (a step of so many seconds); threads=1.
+/// jacobi; degree=2 (of the smoother), range=8, first=8, coarsest=40, safety=1.15 (see MultigridRule); threshold=0.1
+/// (part of the largest node's volume below which nodes follow others); tolerance=1e-8; inertia=0 (a step of so many
+/// seconds); threads=1.
 #include <firn/firn.hpp>
 #include <firn/implicit/multigrid.hpp>
 #include <firn/implicit/step_problem.hpp>
@@ -25,7 +26,7 @@ using namespace firn;
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
     {"range", "8"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
-    {"first", "8"},    {"coarsest", "40"},   {"safety", "1.15"}};
+    {"first", "8"},     {"coarsest", "40"},   {"safety", "1.15"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {

@@ -21,7 +21,7 @@ struct MultigridRule {
     int degree = 2;             ///< Degree of the smoother's polynomial, from 1 on: a cycle takes 2 degree products.
     double range = 8;           ///< Largest eigenvalue that the smoother damps, as a multiple of the smallest one [1].
     double safety = 1.15;       ///< Factor of the largest eigenvalue that power iterations find [1].
-    int first_iterations = 8;  ///< Number of power iterations on a new grid.
+    int first_iterations = 8;   ///< Number of power iterations on a new grid.
     int later_iterations = 1;   ///< Number of power iterations in each later renew(): they go on from the last ones.
     std::size_t coarsest = 40;  ///< Number of nodes from which on a level is solved directly.
 };
