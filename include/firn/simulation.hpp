@@ -410,17 +410,21 @@ private:
     /// Takes a step of dt [s]: its passes, one after the other. \see PassesOf
     template <class Acceleration>
     void step_by(const TimeStep& dt, const Acceleration& acceleration) {
-        double left = dt;
-        const auto take = [&](StepNow<S, D>& now) {
-            this->take_passes(now);
-            left -= now.dt;
-        };
-        with_step(dt, acceleration, take);
-        if constexpr (!Time::is_explicit)  // a step that does not converge is taken in parts
-            while (left > 0) {
+        if constexpr (Time::is_explicit) {
+            with_step(dt, acceleration, [&](StepNow<S, D>& now) { this->take_passes(now); });
+        } else {  // a step that does not converge is taken in parts
+            double left = dt, part = dt;
+            do {
                 prepare();
-                with_step(left, acceleration, take);
-            }
+                with_step(part, acceleration, [&](StepNow<S, D>& now) {
+                    now.asked = dt;
+                    now.left = left;
+                    this->take_passes(now);
+                    left -= now.dt;
+                    part = 2 * now.dt < (1 - 1e-9) * left ? 2 * now.dt : left;
+                });
+            } while (left > 0);
+        }
     }
     /// Calls body(now) with what passes need to know of a step of dt [s].
     template <class Acceleration, class Body>

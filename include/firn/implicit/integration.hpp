@@ -44,8 +44,8 @@ struct SolvedSteps {
     NewtonLimits newton{};  ///< When Newton's method stops, and how exactly it solves.
     Preconditioning preconditioning = Preconditioning::multigrid;  ///< How linear solves are preconditioned.
     SmallNodeRule small_nodes{};                                   ///< Which nodes follow others.
-    int most_rounds = 40;               ///< How often friction and separation are found anew at most.
-    int most_halvings = 12;             ///< How often a step is halved at most.
+    int most_rounds = 15;               ///< How often friction and separation are found anew at most.
+    int most_halvings = 12;             ///< The smallest part of a step is the step over 2 to this power.
     double largest_motion = unlimited;  ///< Largest motion of a node in a step [cells]; beyond it, a step is halved.
 
     static constexpr double unlimited = std::numeric_limits<double>::infinity();  ///< No limit.
@@ -64,6 +64,9 @@ struct SolvedSteps {
         require(newton.radius > 0, "radius of Newton's method", newton.radius, "positive");
         require(newton.solver_iterations > 0, "number of products of a linear solve", newton.solver_iterations,
                 "positive");
+        require(newton.patience > 0, "patience of Newton's method", newton.patience, "positive");
+        require(newton.restart > 0, "number of products between restarts", newton.restart, "positive");
+        require(newton.negative > 0, "number of steps with negative curvature", newton.negative, "positive");
         require(newton.cuts >= 0, "number of cuts of a line search", newton.cuts, "0 or larger");
         require(small_nodes.threshold >= 0 && small_nodes.threshold <= 1, "threshold of small nodes",
                 small_nodes.threshold, "from 0 to 1");
@@ -76,8 +79,9 @@ struct SolvedSteps {
         std::string text = "solved steps";
         for (const double number :
              {newton.tolerance, double(preconditioning), double(newton.iterations), newton.forcing,
-              newton.least_forcing, double(newton.solver_iterations), double(newton.cuts), newton.radius,
-              small_nodes.threshold, double(most_rounds), double(most_halvings), largest_motion})
+              newton.least_forcing, double(newton.solver_iterations), double(newton.patience), double(newton.restart),
+              double(newton.negative), double(newton.cuts), newton.radius, small_nodes.threshold, double(most_rounds),
+              double(most_halvings), largest_motion})
             text += " " + exact_text(number);
         return text;
     }

@@ -17,12 +17,13 @@ struct NewtonLimits {
     /// Largest residual of the linear solves, as a part of the gradient [1]. Matter without a potential takes a tenth
     /// of it: in slopes of sand, this saved a third of the products.
     double forcing = 0.1;
-    double least_forcing = 1e-12;   ///< Smallest residual of the linear solves that is asked for [1].
-    int solver_iterations = 2'000;  ///< Largest number of products in one linear solve.
-    int restart = 50;               ///< Number of products between restarts of GMRES.
-    int cuts = 12;                  ///< Largest number of halvings in one line search.
-    double radius = 1;              ///< Largest motion of a node in a step along negative curvature [cells].
-    int negative = 2;               ///< The number of steps with negative curvature at which it stops.
+    double least_forcing = 1e-12;  ///< Smallest residual of the linear solves that is asked for [1].
+    int solver_iterations = 500;   ///< Largest number of products in one linear solve.
+    int patience = 10;             ///< In so many steps the gradient must halve, of matter without a potential.
+    int restart = 50;              ///< Number of products between restarts of GMRES.
+    int cuts = 12;                 ///< Largest number of halvings in one line search.
+    double radius = 1;             ///< Largest motion of a node in a step along negative curvature [cells].
+    int negative = 10;             ///< The number of steps with negative curvature at which it stops.
 };
 /// Why Newton's method has ended.
 enum class NewtonEnd {
@@ -231,6 +232,9 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
         report.residuals.push_back(residual);
         if (residual <= limits.tolerance) return ended(NewtonEnd::converged);
         if (report.steps() >= limits.iterations) return ended(NewtonEnd::too_many_steps);
+        if (!Problem::is_symmetric && report.steps() >= limits.patience &&
+            residual > 0.5 * report.residuals[report.residuals.size() - 1 - std::size_t(limits.patience)])
+            return ended(NewtonEnd::no_descent);
         vectors.set(r, -1, 0);
         vectors.copy(layers.trial, r);  // solvers change their right-hand side
 

@@ -51,9 +51,10 @@ public:
 
     /// Calls attempt(dt), which calls solve(), for dt, dt/2, … until Newton's method converges and no node moves too
     /// far.
-    /// \param dt  time of the step [s]
+    /// \param dt     time of the step [s];  \param asked  that of the whole step of which it is a part [s]
     template <class Attempt>
-    StepSolution take(double dt, const Attempt& attempt) {
+    StepSolution take(double dt, double asked, const Attempt& attempt) {
+        const double smallest = std::ldexp(asked, -rule_.most_halvings);
         solution_ = {};
         solution_.small_nodes = small_->count();
         for (;; dt /= 2, ++solution_.halvings) {
@@ -62,7 +63,7 @@ public:
                 largest_motion(vectors_, layer::displacement).second / vectors_.grid().domain().cell_size;
             solution_.has_converged = solution_.newton.has_converged && solution_.has_settled &&
                                       solution_.largest_motion <= rule_.largest_motion;
-            if (solution_.has_converged || solution_.halvings == rule_.most_halvings) return solution_;
+            if (solution_.has_converged || dt / 2 < smallest) return solution_;
         }
     }
 
@@ -215,6 +216,7 @@ private:
         if (constraints_->are_nonlinear()) begin_contact(dt);
         Multigrid<Problem> multigrid({}, layer::of_multigrid);
         JacobiPreconditioner<S, D> jacobi;
+        int unsolved = 0;
         for (solution_.rounds = 1;; ++solution_.rounds) {
             vectors_.copy(layer::pushed, layer::loads);
             constraints_->add_friction(vectors_.numbers(layer::pushed));
@@ -226,9 +228,11 @@ private:
                                    : newton(problem, layers, rule_.newton, jacobi);
             solution_.newton_steps += solution_.newton.steps();
             solution_.products += solution_.newton.products;
+            const bool is_solved = solution_.newton.has_converged;
             solution_.has_settled = !constraints_->are_nonlinear();
-            if (!solution_.newton.has_converged || solution_.has_settled) return;
-            // Friction and separation: constraints follow from the forces that they take, until nothing changes.
+            if (solution_.has_settled || (!is_solved && !solution_.newton.last.is_regular())) return;
+            // Friction and separation: constraints follow from the forces that they take, until nothing changes. Matter
+            // that flows may have no equilibrium until it leans on a wall: then they follow from where it has come.
             problem.displace(layer::displacement);
             const double size = problem.gradient(layer::displacement);
             problem.reactions(layer::displacement, layer::trial);
@@ -239,6 +243,12 @@ private:
             solution_.has_settled = !constraints_->renew(vectors_.numbers(layer::displacement), vectors_.numbers(0),
                                                          blocks_, dt, rule_.newton.tolerance * size);
             if (solution_.has_settled || solution_.rounds == rule_.most_rounds) return;
+            if (is_solved) continue;
+            if (++unsolved == most_unsolved) return;
+            if constexpr (Time::has_inertia)
+                vectors_.copy(layer::displacement, layer::free_motion);
+            else
+                vectors_.fill(layer::displacement, S(0));
         }
     }
     /// Lets small nodes follow the displacement, and the boundary hold it.
@@ -256,6 +266,8 @@ private:
         });
         constraints_->begin(vectors_.numbers(0));
     }
+
+    static constexpr int most_unsolved = 5;  // rounds in which Newton's method has not converged
 
     NodeVectors<S, D> vectors_;
     const Time& rule_;

@@ -107,7 +107,7 @@ private:
         loads_of_nodes<Kernel>(of.grid_, now.threads, layer::of_loads, of.sets_, now.dt, [&] {
             // Loads are those at the end of the step.
             const Moment begin = of.now_;
-            of.now_.time += now.dt;
+            of.now_.time += Time::has_inertia ? now.dt : now.left;
             const ScopeEnd put_back{[&] { of.now_ = begin; }};
             of.push(now.dt, false, now.ranks, now.threads);
         });
@@ -120,20 +120,20 @@ private:
     static void solve(Simulation& of, Now& now) {
         Base::with_sets(of, [&](Sets sets) {
             NodalStep<Time, Kernel, S, D> step(of.grid_, now.threads, of.integration, of.boundary, sets);
-            const double whole = now.dt;
-            of.solution = step.take(whole, [&](double dt) {
+            const double first = now.dt;
+            of.solution = step.take(first, now.asked, [&](double dt) {
                 now.dt = dt;
                 auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
-                step.solve(potential, dt / whole, now.is_uniform,
+                step.solve(potential, dt / now.left, now.is_uniform,
                            [&] { now.largest_acceleration = now.update_grid(); });
             });
             if (!of.solution.has_converged)
-                throw_not_converged(of.solution, of.now_, whole, of.integration.largest_motion, inverted_particle(of));
+                throw_not_converged(of.solution, of.now_, first, of.integration.largest_motion, inverted_particle(of));
             if (of.reactions) {
                 auto potential = potential_of(of, now, std::make_index_sequence<Simulation::material_count>{});
                 step.react(potential, now, of.boundary, *of.reactions);
                 for (LoadReaction<D>& one : of.reactions->loads)
-                    for_impulses(one.reaction, [&](double& impulse) { impulse *= now.dt / whole; });
+                    for_impulses(one.reaction, [&](double& impulse) { impulse *= now.dt / first; });
             }
             step.leave_velocities(now.dt);
             if constexpr (in_two_stages) step.leave_velocities_before(now.dt, double(of.transfer.ratio));

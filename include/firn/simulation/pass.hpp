@@ -72,6 +72,8 @@ struct StepNow {
     double largest_acceleration = 0;              ///< The largest acceleration of a field at nodes [m/s²].
     bool right = true;                            ///< Whether all particles are finite and in the domain.
     bool in_float = false;                        ///< Whether dt was chosen in float. \see FixedPoint::float_steps
+    double asked = 0;  ///< The step that is asked for, of which an implicit step may take a part [s].
+    double left = 0;   ///< What is left of it, the present part included [s].
 
     /// Returns the time step, with how it was chosen.
     TimeStep time_step() const { return {dt, in_float}; }

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file The diagonal blocks of the Hessian, against a dense matrix.
 #include "support/implicit.hpp"

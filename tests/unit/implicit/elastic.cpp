@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file The incremental potential of elastic matter: gradient and Hessian against differences and dense matrices.
 #include "support/implicit.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file GMRES, against dense matrices.
 #include "support/implicit_step.hpp"

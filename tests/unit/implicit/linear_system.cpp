@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file The linear system of a Newton step and conjugate gradients, against dense matrices.
 #include "support/implicit.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file The multigrid preconditioner: its coarse matrices by definition, a symmetric cycle, flat iterations.
 #include "support/implicit.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file Newton's method for one step: equilibrium by definition, quadratic convergence, backward Euler.
 #include "support/implicit_step.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file Gradient and Hessian of matter without a potential: plastic flow, fluids, viscosity, and the wrappers.
 #include "support/implicit.hpp"

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file Newton's method for matter without a potential: sand, metal, clay, snow and fluids.
 #include "support/implicit_step.hpp"

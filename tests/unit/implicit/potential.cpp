@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: -O1
 /// \file The incremental potential: threads, several sets, arrays of another program, floats, and what it refuses.
 #include "support/implicit.hpp"
