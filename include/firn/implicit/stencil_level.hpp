@@ -142,12 +142,17 @@ public:
         clear();
     }
 
-    aligned_vector<S> x, r, d, y;  ///< Vectors of the smoother, with a zero behind the last node.
+    // Vectors of the smoother, with a zero behind the last node.
+    aligned_vector<S> x,  ///< The solution.
+        r,                ///< The residual.
+        d,                ///< The direction.
+        y;                ///< A product.
 
     std::size_t size() const { return nodes_.size(); }  ///< Number of nodes.
     const NodeSet<D>& nodes() const { return nodes_; }  ///< The nodes.
     /// The blocks of one node with the nodes around it, the last axis fastest, each column by column.
     S* row(std::size_t i) { return matrix_.data() + i * row_size; }
+    /// The blocks of one node with the nodes around it.
     const S* row(std::size_t i) const { return matrix_.data() + i * row_size; }
     /// The nodes around a node, as in its row; size() where there is none.
     const std::uint32_t* neighbours(std::size_t i) const { return neighbours_.data() + i * std::size_t(blocks); }
