@@ -91,6 +91,7 @@ TEST_CASE("Random scenes converge, all elastic ones, or are refused; none ends i
     CHECK(neo.converged == each);
     CHECK(hencky.converged == each);
     CAPTURE(sand.converged, sand.refused);
+    if (!test_support::full) CHECK(sand.converged == of_sand);  // where walls hold it only once it leans on them
     CHECK(neo.converged + hencky.converged + sand.converged >= 9 * (2 * each + of_sand) / 10);
 }
 

@@ -181,6 +181,27 @@ TEST_CASE("A step that would move matter too far is halved; steps by motion end 
     CHECK(simulation.solution.largest_motion <= 0.5);
 }
 
+TEST_CASE("A load drives a flying block, also where its step is halved", "[implicit]") {
+    auto simulation = flying<double>();
+    simulation.gravity = {};
+    const double force = 0.5, mass = 0.4 * 0.4 * 1000, count = double(simulation.particles().size());
+    const LoadId load = simulation.add_load(simulation.bodies()[0],
+                                            [&](const Vec<double, 2>&, double) { return Vec<double, 2>{force, 0}; });
+    simulation.reactions.emplace();
+    simulation.fixed_time_step = 0.02;  // 0.8 cells
+    simulation.step();
+    CHECK(simulation.steps() == 2);
+    CHECK(simulation.last_time_step() == Approx(0.01).epsilon(1e-12));
+    const Vec<double, 2> impulse = simulation.reactions->of(load).impulse;
+    CHECK(impulse[0] == Approx(count * force * 0.01).epsilon(1e-12));
+    Vec<double, 2> momentum{};
+    for_particles(simulation, [&](std::size_t slot) {
+        momentum += simulation.particles().velocity(slot) * simulation.particles().mass(slot);
+    });
+    CHECK(momentum[0] == Approx(0.5 * mass + count * force * 0.02).epsilon(1e-9));
+    CHECK(momentum[1] == Approx(2 * mass).epsilon(1e-9));
+}
+
 TEST_CASE("The same bits for any number of threads", "[implicit]") {
     std::vector<Vec<double, 2>> expected;
     for (const int threads : {1, 2, 3, 4, 7}) {
