@@ -1,5 +1,5 @@
 // An adjoint refuses the policies that have no way back, each by itself.
-// expect: firn: an Adjoint goes back through simulations that sum with Coloured, on one rank, without contact
+// expect: firn: an Adjoint goes back through explicit simulations that sum with Coloured, on one rank, without
 // errors: 4
 #include <firn/adjoint.hpp>
 #include <firn/firn.hpp>
