@@ -372,7 +372,7 @@ private:
             leaves_regions ? 1 : workers(), last_step,
             [&] { return steps.arrived(now_.time) || now_.steps >= last_step; },
             [&](std::string& warning) {
-                const double dt = next_time_step(acceleration, duration, warning);
+                const double dt = choose_time_step(acceleration, duration, warning);
                 if (!warning.empty()) return;
                 steps.next(now_.time, dt, [&](const TimeStep& step) { step_by(step, acceleration); });
             });
@@ -380,7 +380,7 @@ private:
 
     /// Prepares the particles and returns the next time step [s]. \param warning  \see RunOf::next_time_step
     template <class Acceleration>
-    double next_time_step(const Acceleration& acceleration, [[maybe_unused]] double duration, std::string& warning) {
+    double choose_time_step(const Acceleration& acceleration, [[maybe_unused]] double duration, std::string& warning) {
         if constexpr (Time::is_explicit) {
             const double bound = find_bound(acceleration);
             return Run::next_time_step(bound, detail::has_all_walls(boundary, this->domain()), Transfer::affine,

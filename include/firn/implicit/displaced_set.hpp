@@ -2,6 +2,7 @@
 /// these along another displacement.
 #pragma once
 
+#include <firn/force/concept.hpp>
 #include <firn/implicit/matrices.hpp>
 #include <firn/implicit/response.hpp>
 #include <firn/loops/gather.hpp>

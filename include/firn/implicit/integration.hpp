@@ -107,6 +107,8 @@ struct QuasiStatic : detail::SolvedSteps {
     static constexpr const char* name = "quasi_static";
     static constexpr bool has_inertia = false;  ///< Matter has no inertia.
 
+    QuasiStatic() { most_halvings = 6; }  ///< Takes the default parameters.
+
     /// The passes of a step of a simulation.
     template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
     using Passes = detail::ImplicitPassesOf<QuasiStatic, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
