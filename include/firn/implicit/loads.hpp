@@ -1,6 +1,7 @@
 /// \file The loads of a simulation as forces on nodes, and what else an implicit step takes from particles as they are.
 #pragma once
 
+#include <firn/force/none.hpp>
 #include <firn/implicit/node_vectors.hpp>
 #include <firn/loops/p2g.hpp>
 #include <firn/simulation/set_of.hpp>

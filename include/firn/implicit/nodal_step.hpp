@@ -1,6 +1,7 @@
 /// \file One implicit or quasi-static step of the nodes of a grid.
 #pragma once
 
+#include <firn/core/stepper.hpp>
 #include <firn/implicit/integration.hpp>
 #include <firn/implicit/multigrid.hpp>
 #include <firn/loops/layers.hpp>
