@@ -116,7 +116,7 @@ TEST_CASE("Negative curvature: a step goes on to the radius, and the second one 
         CHECK(report.cuts == 0);
         CHECK(largest(u) == Approx(radius * h).epsilon(1e-9));
     }
-    const auto [u, report] = step.solve({.radius = 0.1});
+    const auto [u, report] = step.solve({.radius = 0.1, .negative = 2});
     CHECK(!report.has_converged);
     CHECK(report.end == NewtonEnd::negative_curvature);
     CHECK(report.negative == 2);
