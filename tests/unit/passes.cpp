@@ -104,6 +104,9 @@ TEST_CASE("A list refuses passes that it cannot order", "[passes]") {
     CHECK(message<parameter_error>([&] {
               simulation.add_pass("probe", "p2g", nothing, PassKind::node, Data::node_velocities);
           }) == "The pass 'probe' reads the velocities of nodes, which no pass before it writes.");
+    CHECK(message<parameter_error>([&] {
+              simulation.add_pass("probe", "p2g", nothing, PassKind::node, Data::node_loads);
+          }) == "The pass 'probe' reads the loads on nodes, which no pass before it writes.");
     CHECK_THROWS_AS(simulation.add_pass("", "p2g", nothing), parameter_error);
     CHECK(names(simulation) == before);
 }

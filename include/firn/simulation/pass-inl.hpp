@@ -16,7 +16,8 @@ inline const char* name_of_data(Data data) {
         {Data::node_velocities, "the velocities of nodes"},
         {Data::velocities_before_forces, "the velocities of nodes before forces act"},
         {Data::averages, "averages of rates of volume change"},
-        {Data::gaps, "the gaps at walls"}};
+        {Data::gaps, "the gaps at walls"},
+        {Data::node_loads, "the loads on nodes"}};
     for (const auto& [one, name] : names)
         if ((data & one) != Data::none) return name;
     return "nothing";
