@@ -8,6 +8,7 @@
 #include <firn/core/eigen.hpp>
 #include <firn/firn.hpp>
 #include <firn/implicit/potential.hpp>
+#include <firn/implicit/small_nodes.hpp>
 
 #include <Eigen/Dense>
 
@@ -124,6 +125,13 @@ struct Block {
     }
 
     auto set() { return ParticleSet{particles.view(), partition}; }
+    /// The small nodes. The present numbers of the nodes are then their volumes.
+    SmallNodes<S, D> small_nodes(int threads = 1, const SmallNodeRule& rule = {}) {
+        const std::array sets{firn::detail::motion_of_set(set())};
+        using View = std::remove_cvref_t<decltype(sets[0].view)>;
+        scatter_volumes<Kernel>(grid, threads, ParticleSets<View>(sets));
+        return SmallNodes<S, D>(grid, rule, threads);
+    }
     auto potential(int threads = 1) {
         using View = typename Particles<S, D, State>::View;
         return IncrementalPotential(grid, dt, threads, DisplacedSet<Kernel, Force, View, Material>(set(), material));

@@ -38,8 +38,7 @@ struct Step {
             masses[i] = double(of_nodes[block.offsets[std::size_t(i / D)] / node_width]);
             if (i % D == 1) weights[i] = -gravity * masses[i];
         }
-        scatter_volumes<typename Scene::Kernel>(block.grid, threads, ParticleSets<View>(sets));
-        small.emplace(block.grid, SmallNodeRule{}, threads);
+        small.emplace(block.small_nodes(threads));
         auto upper = Vec<double, D>::filled(4.4);
         if (floor == Floor::trough)
             for (int a = 0; a < D; ++a)

@@ -36,10 +36,16 @@ enum class Preconditioning {
 };
 
 namespace detail {
-/// What QuasiStatic and Implicit share.
+/// What QuasiStatic, Implicit and TrBdf2 share. \tparam Time  one of these
+template <class Time>
 struct SolvedSteps {
     static constexpr bool is_explicit = false;  ///< Steps solve equations.
+    static constexpr int stages = 1;            ///< How often a step solves.
     using Solution = StepSolution;              ///< What a simulation tells of the solution of its last step.
+
+    /// The passes of a step of a simulation.
+    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
+    using Passes = ImplicitPassesOf<Time, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
 
     NewtonLimits newton{};  ///< When Newton's method stops, and how exactly it solves.
     Preconditioning preconditioning = Preconditioning::multigrid;  ///< How linear solves are preconditioned.
@@ -103,15 +109,11 @@ struct SolvedSteps {
 ///
 /// Matter must be held: a body that a boundary leaves free to move or to turn, and matter without stiffness such as a
 /// fluid, have no equilibrium that a step could find, and end in a convergence_error; take Implicit.
-struct QuasiStatic : detail::SolvedSteps {
+struct QuasiStatic : detail::SolvedSteps<QuasiStatic> {
     static constexpr const char* name = "quasi_static";
     static constexpr bool has_inertia = false;  ///< Matter has no inertia.
 
     QuasiStatic() { most_halvings = 6; }  ///< Takes the default parameters.
-
-    /// The passes of a step of a simulation.
-    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
-    using Passes = detail::ImplicitPassesOf<QuasiStatic, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
 };
 
 /// Implicit time integration by backward Euler: forces are those at the end of a step, so a step is not bounded by the
@@ -123,17 +125,11 @@ struct QuasiStatic : detail::SolvedSteps {
 /// The step minimises Σ m/(2 dt²) |u − dt v|² + Σ V0 ψ, less the work of loads: Radovitzky and Ortiz 1999, "Error
 /// estimation and adaptive meshing in strongly nonlinear dynamic problems", §2; for MPM Gast et al. 2015,
 /// "Optimization integrator for large time steps".
-struct Implicit : detail::SolvedSteps {
+struct Implicit : detail::SolvedSteps<Implicit> {
     static constexpr const char* name = "implicit";
     static constexpr bool has_inertia = true;  ///< Matter has inertia.
 
-    static constexpr int stages = 1;  ///< A step solves once.
-
     Implicit() { largest_motion = 0.5; }  ///< Takes the default parameters.
-
-    /// The passes of a step of a simulation.
-    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
-    using Passes = detail::ImplicitPassesOf<Implicit, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
 };
 
 /// Implicit time integration by TR-BDF2, of second order: the trapezoidal rule over γ dt with γ = 2 − √2, then BDF2
@@ -142,7 +138,7 @@ struct Implicit : detail::SolvedSteps {
 ///
 /// Bank et al. 1985, "Transient simulation of silicon devices and circuits", §IV; the γ with which both stages have the
 /// same matrix is theirs. The reactions of a step are those of the forces at its end, times dt.
-struct TrBdf2 : detail::SolvedSteps {
+struct TrBdf2 : detail::SolvedSteps<TrBdf2> {
     static constexpr const char* name = "tr_bdf2";
     static constexpr bool has_inertia = true;  ///< Matter has inertia.
     static constexpr int stages = 2;           ///< A step solves twice.
@@ -150,10 +146,6 @@ struct TrBdf2 : detail::SolvedSteps {
         2 - 1.41421356237309504880169;  ///< γ: where in the step the first stage ends [1].
 
     TrBdf2() { largest_motion = 0.5; }  ///< Takes the default parameters.
-
-    /// The passes of a step of a simulation.
-    template <class Simulation, class Kernel, class Transfer, class Force, class Boundary, class Volume, class Law>
-    using Passes = detail::ImplicitPassesOf<TrBdf2, Simulation, Kernel, Transfer, Force, Boundary, Volume, Law>;
 };
 
 }  // namespace firn::inline FIRN_BUILD

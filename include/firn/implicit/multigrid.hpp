@@ -184,9 +184,7 @@ private:
     static double normalise(const NodeVectors<S, D>& vectors, std::size_t k) {
         const double size = std::sqrt(vectors.dot(k, k));
         if (!(size > 0)) return 0;
-        vectors.fill(0, S(0));
-        vectors.add(0, 1 / size, k);
-        vectors.copy(k, 0);
+        vectors.set(k, 1 / size, k);
         return size;
     }
     void power_iterations(Problem& problem, int count) {

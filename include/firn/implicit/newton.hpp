@@ -29,7 +29,7 @@ struct NewtonLimits {
 enum class NewtonEnd {
     converged,          ///< The gradient is small enough.
     inverted_at_start,  ///< The first guess inverts particles.
-    no_descent,         ///< A line search found nothing better.
+    no_descent,         ///< A line search found nothing better, or NewtonLimits::patience has run out.
     too_many_steps,     ///< NewtonLimits::iterations steps were not enough.
     negative_curvature  ///< NewtonLimits::negative steps have met negative curvature: a smaller load may help.
 };

@@ -31,10 +31,7 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
                   "firn: implicit and quasi-static steps average no volumes: take OwnVolume in place of FBar or "
                   "VolumeFilter.");
 
-    static constexpr bool in_two_stages = [] {
-        if constexpr (requires { Time::stages; }) return Time::stages == 2;
-        return false;
-    }();
+    static constexpr bool in_two_stages = Time::stages == 2;
     static constexpr bool can_take_stages = !in_two_stages || requires(Transfer transfer) { transfer.ratio; };
     static_assert(can_take_stages && !(in_two_stages && Transfer::affine),
                   "firn: the velocities of TrBdf2 at the end of a step are not those with which matter has moved; of "
@@ -75,7 +72,7 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
             throw parameter_error(sentence("The fixed time step is ", of.fixed_time_step,
                                            " s; it must be positive, or 0 for steps by motion."));
         of.prepare();
-        double dt = of.fixed_time_step > 0 ? of.fixed_time_step : SolvedSteps::unlimited;
+        double dt = of.fixed_time_step > 0 ? of.fixed_time_step : Time::unlimited;
         if constexpr (Time::has_inertia)
             if (of.fixed_time_step == 0) dt = time_to_move(of, acceleration);
         if (!std::isfinite(dt) && !std::isfinite(duration))
@@ -87,8 +84,6 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
     }
 
 private:
-    using Vectors = NodeVectors<S, D>;
-
     /// Returns the time [s] in which matter would move by half a cell, were there no forces but the acceleration.
     template <class Acceleration>
     static double time_to_move(Simulation& of, const Acceleration& acceleration) {

@@ -21,20 +21,13 @@ struct Held {
     SmallNodes<S, D> small;
     NodeConstraints<S, D> constraints;
 
-    static SmallNodes<S, D> small_nodes(Scene& block, int threads) {
-        const auto set = firn::detail::motion_of_set(block.set());
-        const std::array sets{set};
-        using View = std::remove_cvref_t<decltype(set.view)>;
-        scatter_volumes<typename Scene::Kernel>(block.grid, threads, ParticleSets<View>(sets));
-        return SmallNodes<S, D>(block.grid, {}, threads);
-    }
     static auto walls() {
         auto all = Walls<S, D>::all(Vec<double, D>::filled(0.32), Vec<double, D>::filled(4.4), {Contact::slip, 0});
         all.at_lower[1].contact = Contact::stick;
         return all;
     }
     explicit Held(Scene& of, int threads = 1)
-        : block(of), small(small_nodes(of, threads)), constraints(of.grid, walls(), threads) {}
+        : block(of), small(of.small_nodes(threads)), constraints(of.grid, walls(), threads) {}
 
     /// Solves for the displacement by which forces are balanced. Returns it, and the report.
     auto solve(const Numbers& forces, int threads, double tolerance = 1e-12) {

@@ -15,9 +15,7 @@ struct Held {
     static constexpr int D = Scene::D;
     using S = typename Scene::S;
     using Potential = decltype(std::declval<Scene&>().potential());
-    /// Plastic flow has no StepProblem.
-    using Problem =
-        std::conditional_t<Potential::is_symmetric, StepProblem<Potential, S, D>, LinearSystem<Potential, S, D>>;
+    using Problem = StepProblem<Potential, S, D>;
     static constexpr std::size_t loads = 3, free_motion = 4, z1 = 5, r1 = 6, z2 = 7, r2 = 8, of_multigrid = 10;
 
     Scene& block;
@@ -27,13 +25,6 @@ struct Held {
     std::optional<NodalInertia<S>> inertia;
     Problem problem;
 
-    static SmallNodes<S, D> small_nodes(Scene& block, int threads) {
-        const auto set = firn::detail::motion_of_set(block.set());
-        const std::array sets{set};
-        using View = std::remove_cvref_t<decltype(set.view)>;
-        scatter_volumes<typename Scene::Kernel>(block.grid, threads, ParticleSets<View>(sets));
-        return SmallNodes<S, D>(block.grid, {}, threads);
-    }
     static auto walls(const Domain<D>& domain) {
         auto all = Walls<S, D>::all(Vec<double, D>::filled(0.32), Vec<double, D>::filled(4.4), {Contact::slip, 0});
         all.at_lower[1].contact = Contact::stick;
@@ -41,18 +32,12 @@ struct Held {
             if (domain.periodic[a]) all.at_lower[a].contact = all.at_upper[a].contact = Contact::none;
         return all;
     }
-    Problem make_problem() {
-        if constexpr (Potential::is_symmetric)
-            return {potential, small, constraints, loads, inertia};
-        else
-            return {potential, small, constraints};
-    }
     explicit Held(Scene& of, int threads = 1, double dt = 0)
         : block(of),
           potential(of.potential(threads)),
-          small(small_nodes(of, threads)),
+          small(of.small_nodes(threads)),
           constraints(of.grid, walls(of.domain), threads),
-          problem(make_problem()) {
+          problem(potential, small, constraints, loads, inertia) {
         if (dt > 0) {
             inertia = NodalInertia<S>{masses_of_nodes(block.grid), dt, free_motion};
             for (S& mass : inertia->masses) mass *= S(1000);

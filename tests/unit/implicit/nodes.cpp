@@ -44,11 +44,7 @@ struct Volumes {
     Block<QuadraticBSpline, MlsForce, NeoHookean<double>, D> block{{}, 0, D == 2 ? 12 : 8, 6.1};
 
     SmallNodes<double, D> found(double threshold = 0.1, int threads = 1) {
-        const auto set = firn::detail::motion_of_set(block.set());
-        const std::array sets{set};
-        using View = std::remove_cvref_t<decltype(set.view)>;
-        scatter_volumes<QuadraticBSpline>(block.grid, threads, ParticleSets<View>(sets));
-        return SmallNodes<double, D>(block.grid, {threshold}, threads);
+        return block.small_nodes(threads, {threshold});
     }
     std::size_t numbers() const { return block.grid.block_count() * std::size_t(block_nodes<D> * node_width); }
 };
