@@ -23,12 +23,14 @@ using test_support::Random;
 using Numbers = Eigen::VectorXd;  ///< D numbers of each node that particles reach
 
 /// A block of particles, n along each axis and two in each cell, strained at random.
-template <class Kernel_, class Force_, class Material_, int D_>
+template <class Kernel_, class Force_, class Material_, int D_, class Volume_ = OwnVolume>
 struct Block {
     using Kernel = Kernel_;
     using Force = Force_;
     using Material = Material_;
+    using Volume = Volume_;
     static constexpr int D = D_;
+    static constexpr bool has_energy = has_potential<Material, D_> && !Volume::averages_volume;
     using S = material_scalar_t<Material>;
     using State = material_state_t<Material, D>;
     static constexpr std::size_t of_u = 1, of_v = 2;  ///< layers
@@ -47,6 +49,7 @@ struct Block {
         double volume;
         State state;
         std::vector<std::pair<int, Vec<double, D>>> weights;  ///< (number of the node, w_i)
+        std::vector<double> parts;                            ///< N of each of these nodes
     };
     std::vector<Particle> of;
 
@@ -77,7 +80,7 @@ struct Block {
         grid.activate(partition, 1);
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
-            Particle p{slot, double(particles.volume(slot)), particles.state(slot), {}};
+            Particle p{slot, double(particles.volume(slot)), particles.state(slot), {}, {}};
             by_definition::for_nodes<Kernel>(domain, particles.exact_position(slot), [&](const auto& node) {
                 auto index = node.index;
                 for (std::size_t a = 0; a < std::size_t(D); ++a)
@@ -88,6 +91,7 @@ struct Block {
                 if constexpr (!Force::weight_gradients)
                     w = node.offset * (node.weight * double(inverse_inertia<Kernel>(h)));
                 p.weights.emplace_back(found->second, w);
+                p.parts.push_back(node.weight);
             });
             of.push_back(p);
         }
@@ -134,7 +138,8 @@ struct Block {
     }
     auto potential(int threads = 1) {
         using View = typename Particles<S, D, State>::View;
-        return IncrementalPotential(grid, dt, threads, DisplacedSet<Kernel, Force, View, Material>(set(), material));
+        return IncrementalPotential(grid, dt, threads,
+                                    DisplacedSet<Kernel, Force, View, Material, Volume>(set(), material));
     }
 
     // By definition.
@@ -159,9 +164,39 @@ struct Block {
         }
         return sum;
     }
-    /// V0 τ′ (I + ∇u)⁻ᵀ.
-    Mat<double, D> matrix(const Particle& p, const Mat<double, D>& L) const {
-        const Mat<double, D> rate = L * (1 / dt), G = Mat<double, D>::identity() + L;
+    /// The matrix whose product with numbers of particles is their average at the nodes, brought back to the particles:
+    /// Σ_i N_ip (Σ_q N_iq V_q a_q) / Σ_q N_iq V_q.
+    Eigen::MatrixXd averaging() const {
+        const int count = int(of.size());
+        Eigen::MatrixXd N = Eigen::MatrixXd::Zero(int(nodes.size()), count);
+        Eigen::VectorXd V(count);
+        for (int p = 0; p < count; ++p) {
+            V[p] = of[std::size_t(p)].volume;
+            for (std::size_t k = 0; k < of[std::size_t(p)].parts.size(); ++k)
+                N(of[std::size_t(p)].weights[k].first, p) = of[std::size_t(p)].parts[k];
+        }
+        const Eigen::MatrixXd NV = N * V.asDiagonal();
+        return N.transpose() * NV.rowwise().sum().cwiseInverse().asDiagonal() * NV;
+    }
+    /// det(I + ∇u) − 1 of each particle, averaged; none if volumes are not averaged.
+    Eigen::VectorXd volume_changes(const Numbers& u) const {
+        if (!Volume::averages_volume) return {};
+        Eigen::VectorXd changes(int(of.size()));
+        for (std::size_t p = 0; p < of.size(); ++p)
+            changes[int(p)] = determinant(Mat<double, D>::identity() + gradient_at(of[p], u)) - 1;
+        return averaging() * changes;
+    }
+    /// ∇u that strains a particle's matter: of the shape of L, but with det(I + ∇u) = 1 + average if volumes are
+    /// averaged.
+    template <class T>
+    static Mat<T, D> of_matter(const Mat<T, D>& L, const T& average) {
+        const Mat<T, D> I = Mat<T, D>::identity();
+        if (!Volume::averages_volume) return L;
+        return (I + L) * exp(log((T(1) + average) / determinant(I + L)) * T(1.0 / D)) - I;
+    }
+    /// V0 τ′ (I + ∇u)⁻ᵀ. \param L  ∇u;  \param strain  ∇u that strains the matter
+    Mat<double, D> matrix(const Particle& p, const Mat<double, D>& L, const Mat<double, D>& strain) const {
+        const Mat<double, D> rate = strain * (1 / dt), G = Mat<double, D>::identity() + L;
         const State after = updated(material, p.state, rate, dt);
         const Eigen::Matrix<double, D, D> inverse = as_eigen(G).inverse();
         const Mat<double, D> tau = stress_of(material, after, rate);
@@ -169,42 +204,62 @@ struct Block {
     }
     Numbers gradient(const Numbers& u) const {
         Numbers sum = Numbers::Zero(size());
-        for (const Particle& p : of) {
-            const Mat<double, D> M = matrix(p, gradient_at(p, u));
-            for (const auto& [q, w] : p.weights) {
+        const Eigen::VectorXd averages = volume_changes(u);
+        for (std::size_t index = 0; index < of.size(); ++index) {
+            const Mat<double, D> L = gradient_at(of[index], u);
+            const Mat<double, D> M =
+                matrix(of[index], L, of_matter(L, Volume::averages_volume ? averages[int(index)] : 0.0));
+            for (const auto& [q, w] : of[index].weights) {
                 const Vec<double, D> f = M * w;
                 for (int a = 0; a < D; ++a) sum[D * q + a] += f[a];
             }
         }
         return sum;
     }
-    /// The dense Hessian. The derivative of each particle's matrix by ∇u is by dual numbers.
+    /// The dense Hessian. The derivatives of each particle's stress by ∇u and by the average are by dual numbers.
     Eigen::MatrixXd hessian(const Numbers& u) const {
         using T = dual<double>;
+        using Square = Eigen::Matrix<double, D, D>;
         const auto lifted = lift<T>(material);
         Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size(), size());
-        for (const Particle& p : of) {
+        const Eigen::VectorXd averages = volume_changes(u);
+        Eigen::MatrixXd by_displacements;  // the derivatives of the averages
+        if (Volume::averages_volume) {
+            by_displacements = Eigen::MatrixXd::Zero(int(of.size()), size());
+            for (std::size_t p = 0; p < of.size(); ++p) {
+                const Square G = as_eigen(gradient_at(of[p], u)) + Square::Identity(),
+                             C = G.determinant() * G.inverse();
+                for (const auto& [j, v] : of[p].weights)
+                    for (int a = 0; a < D; ++a)
+                        for (int b = 0; b < D; ++b) by_displacements(int(p), D * j + b) += C(a, b) * v[a];
+            }
+            by_displacements = averaging() * by_displacements;
+        }
+        for (std::size_t index = 0; index < of.size(); ++index) {
+            const Particle& p = of[index];
             const Mat<double, D> L = gradient_at(p, u);
+            const Square inverse = (as_eigen(L) + Square::Identity()).inverse();
             const auto before = firn::detail::converted_state<material_state_t<with_scalar_t<Material, T>, D>>(p.state);
-            for (int k = 0; k < D * D; ++k) {
+            const double average = Volume::averages_volume ? averages[int(index)] : 0;
+            for (int k = 0; k < D * D + int(Volume::averages_volume); ++k) {  // the last one is by the average
                 Mat<T, D> along = cast<T>(L);
-                along.m[k].derivative = 1;
-                const Mat<T, D> rate = along * T(1 / dt);
+                Square value, change, dL = Square::Zero();
+                if (k < D * D) along.m[k].derivative = dL(k % D, k / D) = 1;
+                const Mat<T, D> rate = of_matter(along, T{average, k < D * D ? 0.0 : 1.0}) * T(1 / dt);
                 const auto after = updated(lifted, before, rate, T(dt));
                 const Mat<T, D> tau = stress_of(lifted, after, rate);
-                Eigen::Matrix<double, D, D> value, change, G = as_eigen(L), dL = Eigen::Matrix<double, D, D>::Zero();
-                dL(k % D, k / D) = 1;
-                G += Eigen::Matrix<double, D, D>::Identity();
                 for (int i = 0; i < D; ++i)
                     for (int j = 0; j < D; ++j) value(i, j) = tau(i, j).value, change(i, j) = tau(i, j).derivative;
-                const Eigen::Matrix<double, D, D> inverse = G.inverse();
-                const Eigen::Matrix<double, D, D> dM =
-                    (change - value * (dL * inverse).transpose()) * inverse.transpose() * p.volume;
+                const Square dM = (change - value * (dL * inverse).transpose()) * inverse.transpose() * p.volume;
                 const int column_axis = k % D, by = k / D;
                 for (const auto& [i, w] : p.weights)
-                    for (const auto& [j, v] : p.weights)
-                        for (int a = 0; a < D; ++a)
-                            for (int b = 0; b < D; ++b) K(D * i + a, D * j + column_axis) += dM(a, b) * w[b] * v[by];
+                    for (int a = 0; a < D; ++a)
+                        for (int b = 0; b < D; ++b) {
+                            if (k == D * D) K.row(D * i + a) += dM(a, b) * w[b] * by_displacements.row(int(index));
+                            if (k == D * D) continue;
+                            for (const auto& [j, v] : p.weights)
+                                K(D * i + a, D * j + column_axis) += dM(a, b) * w[b] * v[by];
+                        }
             }
         }
         return K;
@@ -226,20 +281,20 @@ void check_block(Block& block, double displacement, bool is_smooth = true) {
     const Numbers gradient = block.get(), expected = block.gradient(u);
     REQUIRE(expected.norm() > 0);
     CHECK((gradient - expected).norm() <= 1e-12 * expected.norm());
-    if constexpr (has_potential<typename Block::Material, D>) {
+    if constexpr (Block::has_energy) {
         CHECK(std::abs(report.energy - block.energy(u)) <= 1e-13 * std::abs(report.energy));
         const double e = 1e-6;
         const auto at = [&](double t) { return block.energy(u + t * v); };
         const double slope = (8 * (at(e) - at(-e)) - (at(2 * e) - at(-2 * e))) / (12 * e);
         CHECK(std::abs(slope - gradient.dot(v)) <= 1e-7 * std::abs(slope));
-    } else {
+    } else if (!has_potential<typename Block::Material, D>) {
         CHECK(std::isnan(report.energy));
     }
     potential.product(Block::of_v);
     const Numbers product = block.get();
     const Eigen::MatrixXd K = block.hessian(u);
     CHECK((product - K * v).norm() <= 1e-10 * (K * v).norm());
-    if (has_potential<typename Block::Material, D>) CHECK((K - K.transpose()).norm() <= 1e-13 * K.norm());
+    if (Block::has_energy) CHECK((K - K.transpose()).norm() <= 1e-13 * K.norm());
     if (is_smooth) {
         const double e = 1e-6;
         const auto at = [&](double t) { return block.gradient(u + t * v); };
@@ -247,7 +302,7 @@ void check_block(Block& block, double displacement, bool is_smooth = true) {
         CHECK((product - change).norm() <= 1e-7 * change.norm());
     }
     // The same product from other lanes: symmetric.
-    if (has_potential<typename Block::Material, D>) {
+    if (Block::has_energy) {
         const Numbers w = block.random_displacement(1, 9);
         block.put(w, Block::of_v);
         potential.product(Block::of_v);

@@ -1,6 +1,7 @@
 /// \file The passes of an implicit or quasi-static step of a simulation.
 #pragma once
 
+#include <firn/implicit/f_bar_of_step.hpp>
 #include <firn/implicit/integration.hpp>
 #include <firn/implicit/loads.hpp>
 #include <firn/implicit/nodal_step.hpp>
@@ -27,9 +28,12 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
                   "firn: implicit and quasi-static steps run with the execution Coloured.");
     static_assert(!Law::between_groups && !acts_by_gap<Boundary>,
                   "firn: implicit and quasi-static steps know no contact groups and no GapContact.");
-    static_assert(std::same_as<Volume, OwnVolume>,
-                  "firn: implicit and quasi-static steps average no volumes: take OwnVolume in place of FBar or "
-                  "VolumeFilter.");
+    static_assert(
+        std::same_as<Volume, OwnVolume> || std::same_as<Volume, FBar>,
+        "firn: implicit and quasi-static steps filter no volumes, and know no averages but those of FBar: take "
+        "OwnVolume or FBar.");
+    /// FBar averages the trace of ∇u, which is the change of volume in short steps only.
+    using VolumeOfStep = std::conditional_t<Volume::averages_volume, FBarOfStep, OwnVolume>;
 
     static constexpr bool in_two_stages = Time::stages == 2;
     static constexpr bool can_take_stages = !in_two_stages || requires(Transfer transfer) { transfer.ratio; };
@@ -51,8 +55,15 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
             all.add({"refine velocities", scatter, momenta | places, momenta, false, Base::template by<&Base::refine>});
         all.add({"solve", run, momenta | node_loads | places | states | boundary, node_velocities, false,
                  Base::template by<&ImplicitPassesOf::solve>});
-        all.add({"g2p", gather, node_velocities, places | velocities | affine | stresses | states | reports, true,
+        if constexpr (Volume::averages_volume)
+            all.add({"average volumes", scatter, node_velocities | places, averages, true,
+                     Base::template by<&Base::template average_volumes<Moves, VolumeOfStep>>});
+        all.add({"g2p", gather, Volume::averages_volume ? node_velocities | averages : node_velocities,
+                 places | velocities | affine | stresses | states | reports, true,
                  Base::template by<&ImplicitPassesOf::g2p>});
+        if constexpr (Volume::averages_volume)
+            all.add({"restore masses", node, averages, node_velocities, true,
+                     Base::template by<&Base::template restore_masses<Moves>>});
         all.add({"end g2p", run, reports, boundary, false, Base::template by<&Base::end_g2p>});
         all.add({"sinks and sources", run, places, particles, false, Base::template by<&Base::end_step>});
         return all;
@@ -145,19 +156,19 @@ private:
     }
     template <std::size_t... I>
     static auto potential_of(Simulation& of, const Now& now, std::index_sequence<I...>) {
-        return IncrementalPotential(of.grid_, now.dt, now.threads, displaced(of.template set_at<I>())...);
+        return IncrementalPotential(of.grid_, now.dt, now.threads, displaced(of.template set_at<I>(), now)...);
     }
     template <class Set>
-    static auto displaced(Set& set) {
+    static auto displaced(Set& set, const Now& now) {
         using View = decltype(set.particles.view());
-        return DisplacedSet<Kernel, Force, View, std::remove_cvref_t<decltype(set.material)>>(
-            ParticleSet<View>{set.particles.view(), set.partition}, set.material);
+        return DisplacedSet<Kernel, Force, View, std::remove_cvref_t<decltype(set.material)>, VolumeOfStep>(
+            ParticleSet<View>{set.particles.view(), set.partition}, set.material, now.mirrors);
     }
     static void g2p(Simulation& of, Now& now) {
         Base::gather_set(of, now, [&](auto& set) {
             Moves moves{};
             if constexpr (Time::has_inertia) moves = of.transfer;
-            const PassReport pass = g2p_pass<Kernel, Moves, Force, Volume>(
+            const PassReport pass = g2p_pass<Kernel, Moves, Force, VolumeOfStep>(
                 now.threads, set.particles.view(), set.partition, of.grid_, set.material, now.time_step(), moves);
             if constexpr (!Time::has_inertia) stop(set.particles);
             return pass;

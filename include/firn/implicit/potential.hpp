@@ -128,8 +128,8 @@ private:
     bool is_displaced_ = false, holds_stresses_ = false;
 };
 /// Takes kernel and force form from the sets.
-template <std::floating_point S, int D, class Kernel, class Force, class... Views, class... Materials>
-IncrementalPotential(SparseGrid<S, D>&, double, int, DisplacedSet<Kernel, Force, Views, Materials>...)
-    -> IncrementalPotential<Kernel, Force, S, D, DisplacedSet<Kernel, Force, Views, Materials>...>;
+template <std::floating_point S, int D, class Kernel, class Force, class Volume, class... Views, class... Materials>
+IncrementalPotential(SparseGrid<S, D>&, double, int, DisplacedSet<Kernel, Force, Views, Materials, Volume>...)
+    -> IncrementalPotential<Kernel, Force, S, D, DisplacedSet<Kernel, Force, Views, Materials, Volume>...>;
 
 }  // namespace firn::inline FIRN_BUILD

@@ -17,7 +17,8 @@ inline constexpr bool has_potential = has_energy_density<Material, D> && !has_re
 
 /// Returns a particle's state and Kirchhoff stress τ′ [Pa] after a displacement of the nodes in a time of dt, return
 /// mapping included. It is what G2P computes from the velocity gradient ∇u/dt.
-/// \param gradient  ∇u [1], the gradient of the displacement u by the positions at the start of the step
+/// \param gradient  ∇u [1], the gradient of the displacement u by the positions at the start of the step; its trace may
+///                  be an average. \see FBar
 /// \param dt        time of the step [s]; 1 where time has no meaning
 template <class Material, class State, scalar S, int D>
 FIRN_INLINE StateAndStress<State, S, D> after_displacement(const Material& material, const State& before,
@@ -49,17 +50,17 @@ FIRN_INLINE S volume_factor(const Mat<S, D>& gradient) {
 }
 
 /// Returns the derivative of piola_of_step() [Pa] along a change of ∇u, the return mapping included.
-/// \param material  with the scalar `dual<S>`
-/// \param before    the state at the start of the step, with the scalar S
-/// \param gradient  ∇u [1];  \param change  the change of ∇u [1];  \param dt  time of the step [s]
+/// \param material   with the scalar `dual<S>`
+/// \param before     the state at the start of the step, with the scalar S
+/// \param own        ∇u of the particle, by which nodes move around it, and its change [1]
+/// \param of_matter  ∇u that strains the particle's matter, and its change [1]: `own`, but for the average of FBar
+/// \param dt         time of the step [s]
 template <class Material, class State, scalar S, int D>
-FIRN_INLINE Mat<S, D> piola_change(const Material& material, const State& before, const Mat<S, D>& gradient,
-                                   const Mat<S, D>& change, const S& dt) {
-    using Dual = dual<S>;
-    Mat<Dual, D> along;
-    unroll<D * D>([&](auto k) FIRN_LAMBDA { along.m[k] = Dual{gradient.m[k], change.m[k]}; });
+FIRN_INLINE Mat<S, D> piola_change(const Material& material, const State& before, const Mat<dual<S>, D>& own,
+                                   const Mat<dual<S>, D>& of_matter, const S& dt) {
     const auto start = detail::converted_state<material_state_t<Material, D>>(before);
-    const Mat<Dual, D> piola = piola_of_step(along, after_displacement(material, start, along, Dual(dt)).stress);
+    const auto after = after_displacement(material, start, of_matter, dual<S>(dt));
+    const Mat<dual<S>, D> piola = piola_of_step(own, after.stress);
     Mat<S, D> derivative;
     unroll<D * D>([&](auto k) FIRN_LAMBDA { derivative.m[k] = piola.m[k].derivative; });
     return derivative;

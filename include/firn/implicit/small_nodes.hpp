@@ -37,7 +37,8 @@ void scatter_volumes(SparseGrid<S, D>& grid, int threads, ParticleSets<View> set
 /// Which nodes are small. \see SmallNodes
 struct SmallNodeRule {
     /// Nodes with less than this part of the largest node's volume are small; 0: none is. In elastic scenes 0.05 to 0.1
-    /// needed the fewest iterations, and changed displacements by less than 4e-4.
+    /// needed the fewest iterations. A block on a floor, 8, 16, 32 and 64 cells wide, sinks by 0.6, 0.2, 0.1 and 0.03 %
+    /// less than without small nodes, which is nearer to the limit of fine cells.
     double threshold = 0.1;
 };
 

@@ -146,7 +146,7 @@ private:
         const View view = view_;  // a local copy, so that the compiler computes addresses only once
         auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_), transfer_);
         if constexpr (Volume::averages_volume)
-            taken.velocity_gradient = Volume::velocity_gradient(taken.velocity_gradient, average);
+            taken.velocity_gradient = averaged_gradient<Volume>(taken.velocity_gradient, average, P(dt_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
 

@@ -14,7 +14,7 @@
 #include <firn/loops/p2g.hpp>
 #include <firn/loops/transfer_passes.hpp>
 #include <firn/stage/volume.hpp>
-#include <firn/volumetric/concept.hpp>
+#include <firn/volumetric/own_volume.hpp>
 
 #include <optional>
 #include <vector>
@@ -59,15 +59,17 @@ auto numbers_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>{memory.data(), 1, {}};
 }
 
-/// Writes the rate of volume change of every particle of a set to `rate`: the trace of the velocity gradient that
-/// updates F.
-template <class Kernel, class Transfer, class Force, class View, class Field, std::floating_point S, int D>
-void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& rate) {
-    const native_pack<S> h(S(grid.domain().cell_size));
+/// Writes the rate of volume change of every particle of a set to `rate`, as Volume averages it.
+template <class Kernel, class Transfer, class Force, class Volume, class View, class Field, std::floating_point S,
+          int D>
+void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, double dt,
+                  const Field& rate) {
+    const native_pack<S> h(S(grid.domain().cell_size)), step{S(dt)};
     constexpr bool moments = g2p_needs_moment<Kernel, Transfer, Force>;
     gather_to_set<Kernel, moments, g2p_needs_gradient<Kernel, Transfer, Force>>(
         set, grid, threads, [&](const Slots& slots, const auto& sums, const auto& offset) FIRN_LAMBDA {
-            rate.store(slots, 0, trace(take_from_grid<Kernel, Transfer, Force>(sums, offset, h).velocity_gradient));
+            const auto own = take_from_grid<Kernel, Transfer, Force>(sums, offset, h).velocity_gradient;
+            rate.store(slots, 0, rate_to_average<Volume>(own, step));
         });
 }
 
@@ -147,16 +149,19 @@ private:
 /// \param mirrors  the mirrored walls. \see mirrors_of
 /// \param k        index of the set among `sets`
 /// \param sets     all sets on the grid, in the order of p2g()
+/// \param dt       time of the step [s], for a policy that averages what a whole step changes. \see has_averaged_step
+/// \tparam Volume  the volumetric policy
 /// \throws overflow_error  if fixed-point sums could overflow
-template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class View>
+template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Execution, std::floating_point S,
+          int D, class View>
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
-                    std::size_t k, ParticleSets<View> sets) {
+                    std::size_t k, ParticleSets<View> sets, double dt = 0) {
     constexpr std::size_t of_volumes = layer::of_volumes<Transfer>;
     const int threads = detail::threads_of(execution);
     memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
         const auto rate = detail::numbers_like(sets[k].view, memory.rates, sets[k].partition.slots(), threads);
-        detail::gather_rates<Kernel, Transfer, Force>(sets[k], grid, threads, rate);
+        detail::gather_rates<Kernel, Transfer, Force, Volume>(sets[k], grid, threads, dt, rate);
         std::vector<ParticleSet<detail::RateView<View>>> all;
         for (const ParticleSet<View>& set : sets)
             all.push_back({{set.view.position, set.view.volume, rate, all.size() != k}, set.partition});

@@ -52,12 +52,13 @@ struct PassesOf {
             all.add({"act by gap", node, node_velocities | gaps | boundary, node_velocities, false,
                      by<&PassesOf::act_by_gap>});
         if constexpr (averages_volume)
-            all.add(
-                {"average volumes", scatter, node_velocities | places, averages, true, by<&PassesOf::average_volumes>});
+            all.add({"average volumes", scatter, node_velocities | places, averages, true,
+                     by<&PassesOf::template average_volumes<>>});
         all.add({"g2p", gather, averages_volume ? node_velocities | averages : node_velocities,
                  places | velocities | affine | stresses | states | reports, true, by<&PassesOf::g2p>});
         if constexpr (averages_volume)
-            all.add({"restore masses", node, averages, node_velocities, true, by<&PassesOf::restore_masses>});
+            all.add(
+                {"restore masses", node, averages, node_velocities, true, by<&PassesOf::template restore_masses<>>});
         all.add({"end g2p", run, reports, boundary, false, by<&PassesOf::end_g2p>});
         all.add({"sinks and sources", run, places, particles, false, by<&PassesOf::end_step>});
         return all;
@@ -167,10 +168,11 @@ protected:
                                      reactions(of), sets);
         });
     }
+    template <class Moves = Transfer, class Averaged = Volume>
     static void average_volumes(Simulation& of, Now& now) {
         with_sets(of, [&](Sets sets) {
-            average_volume<Kernel, Transfer, Force>(of.execution, of.grid_, of.volume_memory_, now.mirrors, now.set,
-                                                    sets);
+            average_volume<Kernel, Moves, Force, Averaged>(of.execution, of.grid_, of.volume_memory_, now.mirrors,
+                                                           now.set, sets, now.dt);
         });
     }
     static void g2p(Simulation& of, Now& now) {
@@ -179,7 +181,10 @@ protected:
                                                              set.material, now.time_step(), of.transfer);
         });
     }
-    static void restore_masses(Simulation& of, Now& now) { put_back_masses<Transfer>(now.threads, of.grid_); }
+    template <class Moves = Transfer>
+    static void restore_masses(Simulation& of, Now& now) {
+        put_back_masses<Moves>(now.threads, of.grid_);
+    }
     static void end_g2p(Simulation& of, Now& now) {
         of.Run::end_g2p(now);
         of.boundary = advanced(of.boundary, now.dt);

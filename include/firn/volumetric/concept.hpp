@@ -28,12 +28,41 @@ concept has_averaged_gradient = requires(const Mat<S, D> own, const S average) {
     { V::velocity_gradient(own, average) } -> std::same_as<Mat<S, D>>;
 };
 
+/// Whether V averages what a step changes volumes by, in steps of any size: V has functions `rate(own, dt)`, which
+/// returns the rate that is averaged [1/s], and `velocity_gradient(own, average, dt)`. \see FBarOfStep
+template <class V, class S, int D>
+concept has_averaged_step = requires(const Mat<S, D> own, const S number) {
+    { V::rate(own, number) } -> std::same_as<S>;
+    { V::velocity_gradient(own, number, number) } -> std::same_as<Mat<S, D>>;
+};
+
 /// Whether V is a volumetric policy: V has a constant `averages_volume` and, if this constant is true, a function
 /// velocity_gradient().
 template <class V>
 concept volumetric =
     has_averages_volume_flag<V> &&
-    (!V::averages_volume || (has_averaged_gradient<V, float, 3> && has_averaged_gradient<V, double, 2>));
+    (!V::averages_volume || (has_averaged_gradient<V, float, 3> && has_averaged_gradient<V, double, 2>) ||
+     (has_averaged_step<V, float, 3> && has_averaged_step<V, double, 2>));
+
+/// Returns the rate of volume change of a particle that the policy V averages [1/s]: the trace of ∇v, or V::rate().
+/// \param own  the particle's ∇v [1/s];  \param dt  time of the step [s]
+template <class V, scalar S, int D>
+FIRN_INLINE S rate_to_average(const Mat<S, D>& own, [[maybe_unused]] const S& dt) {
+    if constexpr (has_averaged_step<V, S, D>)
+        return V::rate(own, dt);
+    else
+        return trace(own);
+}
+/// Returns the velocity gradient that updates a particle's material state [1/s], for a policy V that averages.
+/// \param own  the particle's ∇v [1/s];  \param average  the average rate around the particle [1/s]
+/// \param dt   time of the step [s]
+template <class V, scalar S, int D>
+FIRN_INLINE Mat<S, D> averaged_gradient(const Mat<S, D>& own, const S& average, [[maybe_unused]] const S& dt) {
+    if constexpr (has_averaged_step<V, S, D>)
+        return V::velocity_gradient(own, average, dt);
+    else
+        return V::velocity_gradient(own, average);
+}
 
 /// Whether the volumetric policy V filters the volume ratios of the particles between steps: it has functions
 /// `is_due(steps)` and `share(crossed)`. \see VolumeFilter
