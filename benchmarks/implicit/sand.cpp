@@ -1,11 +1,13 @@
 /// \file Newton steps and products with the Hessian that a slope of sand needs under its own weight: 2D, a slope of 35°
-/// with a ragged surface, 2 × 2 particles a cell, block Jacobi, GMRES.
+/// with a ragged surface, 2 × 2 particles a cell, GMRES with a multigrid or block Jacobi.
 ///
 ///     firn_implicit_sand [NAME=VALUE…]
 ///
 /// cells=64 (2 : 1), phi=40 [degrees], parts=1 (the load is applied in so many parts, each beginning at the last
-/// displacement), tolerance=1e-3, forcing=0.1, restart=50, products=2000 (in one linear solve)
+/// displacement), tolerance=1e-3, forcing=0.1, restart=50, products=500 (in one linear solve), multigrid=1 (0: block
+/// Jacobi)
 #include <firn/firn.hpp>
+#include <firn/implicit/multigrid.hpp>
 #include <firn/implicit/newton.hpp>
 
 #include <cstdio>
@@ -33,7 +35,7 @@ double surface(double x, double w) {
 
 int main(int argc, char** argv) {
     std::map<std::string, double> options{{"cells", 64},    {"phi", 40},     {"parts", 1},      {"tolerance", 1e-3},
-                                          {"forcing", 0.1}, {"restart", 50}, {"products", 2000}};
+                                          {"forcing", 0.1}, {"restart", 50}, {"products", 500}, {"multigrid", 1}};
     for (int i = 1; i < argc; ++i) {
         const std::string text = argv[i];
         const std::size_t equal = text.find('=');
@@ -68,7 +70,8 @@ int main(int argc, char** argv) {
 
     constexpr std::size_t u = 1, loads = 2, weight = 3;
     const NewtonLayers layers{u, {4, 5, 6, 7}, 8, 9};
-    StepProblem problem(potential, small, constraints, loads, std::optional<NodalInertia<double>>{});
+    const std::optional<NodalInertia<double>> no_inertia;
+    StepProblem problem(potential, small, constraints, loads, no_inertia);
     const auto vectors = problem.vectors();
     for (const std::size_t k : {u, loads, weight}) vectors.make(k);
     for (std::size_t i = 0; i < vectors.size(); i += node_width)
@@ -81,7 +84,9 @@ int main(int argc, char** argv) {
     for (int k = 1; k <= parts; ++k) {
         vectors.set(loads, double(k) / parts, weight);
         const double begin = cpu();
-        const NewtonReport report = newton(problem, layers, limits);
+        Multigrid<decltype(problem)> multigrid({}, 200);
+        const NewtonReport report =
+            options["multigrid"] > 0 ? newton(problem, layers, limits, multigrid) : newton(problem, layers, limits);
         std::printf("load %.2f: %s after %d steps, %d products, %d cuts, %.2f s; residuals", double(k) / parts,
                     report.has_converged ? "converged" : "NOT converged", report.steps(), report.products, report.cuts,
                     cpu() - begin);

@@ -18,11 +18,15 @@ namespace firn::inline FIRN_BUILD {
 
 /// How a multigrid is made.
 struct MultigridRule {
-    int degree = 2;             ///< Degree of the smoother's polynomial, from 1 on: a cycle takes 2 degree products.
-    double range = 8;           ///< Largest eigenvalue that the smoother damps, as a multiple of the smallest one [1].
-    double safety = 1.15;       ///< Factor of the largest eigenvalue that power iterations find [1].
-    int first_iterations = 8;   ///< Number of power iterations on a new grid.
-    int later_iterations = 1;   ///< Number of power iterations in each later renew(): they go on from the last ones.
+    int degree = 2;            ///< Degree of the smoother's polynomial, from 1 on: a cycle takes 2 degree products.
+    double range = 8;          ///< Largest eigenvalue that the smoother damps, as a multiple of the smallest one [1].
+    double safety = 1.15;      ///< Factor of the largest eigenvalue that power iterations find [1].
+    int first_iterations = 8;  ///< Number of power iterations on a new grid; without a potential, on all coarse levels.
+    int later_iterations = 1;  ///< Number of power iterations in each later renew(): they go on from the last ones.
+    /// Of matter without a potential, the least eigenvalue that smoothers of coarse levels count on; elastic matter has
+    /// about 3. Stiffness changes so much where matter begins to flow that power iterations find too little, and
+    /// smoothers that damp too little diverge.
+    double least = 4;
     std::size_t coarsest = 40;  ///< Number of nodes from which on a level is solved directly.
 };
 
@@ -274,11 +278,12 @@ private:
                 is_definite_ = factor(level);
             } else {
                 level.invert_blocks();
-                const bool is_new = !(eigenvalues_[k] > 0);
+                const bool is_new = !Potential::is_symmetric || !(eigenvalues_[k] > 0);
                 if (is_new) level.fill_y();
                 eigenvalues_[k] =
                     rule_.safety * level.power_iterations(is_new ? rule_.first_iterations : rule_.later_iterations);
                 if (!(eigenvalues_[k] > 0)) is_definite_ = false;
+                if (!Potential::is_symmetric) eigenvalues_[k] = std::max(eigenvalues_[k], rule_.least);
             }
         }
     }

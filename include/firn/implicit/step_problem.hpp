@@ -45,6 +45,8 @@ public:
     StepProblem(Potential& potential, const SmallNodes<S, D>& small, const NodeConstraints<S, D>& constraints,
                 std::size_t loads, const std::optional<NodalInertia<S>>& inertia)
         : System(potential, small, constraints), potential_(potential), loads_(loads), inertia_(inertia) {}
+    StepProblem(Potential&, const SmallNodes<S, D>&, const NodeConstraints<S, D>&, std::size_t,
+                std::optional<NodalInertia<S>>&&) = delete;  ///< The inertia must exist as long as the problem.
 
     /// What a displacement of the nodes means: Φ [J] in place of Π; NaN if there is no Φ. \param u  the layer of the
     /// displacement
