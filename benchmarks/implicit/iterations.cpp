@@ -7,7 +7,7 @@
 /// walls); dimension=2; form=quadratic, mls (the force form), cubic (the kernel, with MLS) or float; with=multigrid or
 /// jacobi; degree=2 (of the smoother), range=8, first=8, coarsest=40, safety=1.15 (see MultigridRule); threshold=0.1
 /// (part of the largest node's volume below which nodes follow others); tolerance=1e-8; inertia=0 (a step of so many
-/// seconds); threads=1.
+/// seconds); threads=1; behind=held or mirrored (how nodes behind walls move).
 #include <firn/firn.hpp>
 #include <firn/implicit/multigrid.hpp>
 #include <firn/implicit/step_problem.hpp>
@@ -26,7 +26,7 @@ using namespace firn;
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
     {"range", "8"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
-    {"first", "8"},     {"coarsest", "40"},   {"safety", "1.15"}};
+    {"first", "8"},     {"coarsest", "40"},   {"safety", "1.15"},    {"behind", "held"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {
@@ -79,17 +79,22 @@ void solve(int cells) {
     constexpr std::size_t u = 1, x = 2, r = 3, p = 4, z = 5, loads = 6, of_multigrid = 7;
     if (number("inertia") > 0) inertia = NodalInertia<S>{masses, number("inertia"), u};
     scatter_volumes<Kernel>(grid, threads, ParticleSets<View>(motion));
-    const SmallNodes<S, D> small(grid, {number("threshold")}, threads);
-    Vec<double, D> low = Vec<double, D>::filled(is_slope ? 0.01 * h : -7 * h),
-                   high = size + Vec<double, D>::filled(7 * h);
+    const bool is_mirrored = option.at("behind") == "mirrored";
+    const double off = is_mirrored ? 0 : 0.01 * h;
+    Vec<double, D> low = Vec<double, D>::filled(is_slope ? off : -7 * h), high = size + Vec<double, D>::filled(7 * h);
     if (is_slope) {
-        high[0] = size[0] - 0.01 * h;
-        if constexpr (D == 3) high[2] = size[2] - 0.01 * h;
+        high[0] = size[0] - off;
+        if constexpr (D == 3) high[2] = size[2] - off;
     }
-    low[1] = 0.01 * h;
+    low[1] = off;
     auto walls = Walls<S, D>::all(low, high, {Contact::slip, 0});
     walls.at_lower[1].contact = Contact::stick;
-    const NodeConstraints<S, D> constraints(grid, walls, threads);
+    if (is_mirrored) walls.nodes_behind = NodesBehind::mirrored;
+    const Mirrors mirrors = mirrors_of<Kernel>(walls, domain);
+    MirroredNodes<S, D> mirrored(grid, mirrors, threads);
+    mirrored.mirror_volumes(grid.nodes(0), threads);
+    const SmallNodes<S, D> small(grid, {number("threshold")}, threads);
+    const NodeConstraints<S, D> constraints(grid, walls, mirrored, threads);
     DisplacedSet<Kernel, Force, decltype(particles.view()), Material> displaced(set,
                                                                                 Material::from_young_poisson(1e7, 0.3));
     IncrementalPotential potential(grid, 1, threads, displaced);
@@ -151,7 +156,7 @@ void solve(int cells) {
     // An explicit step of no time: the particles stay as they are.
     const double step = time_of([&] {
         p2g<Kernel, Apic, Force>(Coloured{threads}, particles.view(), partition, grid, 0);
-        grid_update(Coloured{threads}, grid, 0.0, Vec<S, D>::zero(), walls);
+        grid_update(Coloured{threads}, grid, 0.0, Vec<S, D>::zero(), walls, mirrors);
         g2p<Kernel, Apic, Force>(Coloured{threads}, particles.view(), partition, grid,
                                  Material::from_young_poisson(1e7, 0.3), 0.0);
     });

@@ -81,6 +81,10 @@ bool column_settles() {
 //! the nodes that stick, slide and part, in rounds: `solution.rounds`. A block on a rough floor stays where it is as long
 //! as tan α ≤ μ. Steeper, nothing holds it, and there is no equilibrium to be found: the step throws a
 //! firn::convergence_error, and the particles are those before the step.
+//!
+//! Mirrored walls (firn::NodesBehind::mirrored) are planes of symmetry, or matter sticks to them: half of a body beside one
+//! comes to rest as half of the whole body does, and a column settles on one to second order. On 20 cells its settlement is
+//! right to 1.4e-4, on a floor that holds nodes to 1.7e-2. They take no more products.
 bool block_holds(double angle) {
     const firn::Domain<2> domain{.lower = {0, 0}, .upper = {1.6, 0.6}, .cell_size = h};
     const auto walls = firn::Walls<double, 2>::all(domain.lower, domain.upper, {firn::Contact::separate, 0.5});
@@ -192,7 +196,7 @@ int main() {
 //! | --- | --- |
 //! | transfers other than firn::Flip with firn::TrBdf2 | the program does not compile |
 //! | `VolumeFilter`; contact groups; `GapContact`, and boundaries of your own that ask for masses; several machines; GPUs; firn::Adjoint | the program does not compile |
-//! | mirrored walls | firn::usage_error |
+//! | mirrored walls with friction, or from which matter may separate | firn::parameter_error |
 //! | a step without a length: `step()` of firn::QuasiStatic without `fixed_time_step` | firn::parameter_error |
 //! | a load step without an equilibrium, a step in which matter moves too far | firn::convergence_error, with the forces out of balance after each Newton step |
 //!

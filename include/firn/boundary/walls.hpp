@@ -45,7 +45,8 @@ enum class NodesBehind {
 /// edge with friction, exchanged axes can change the velocity along it, by about a hundredth.
 ///
 /// Mirrored faces must lie on planes of nodes, and opposite faces at least 3 cells apart. More than a cell and a half
-/// behind a face, nodes are held under either rule.
+/// behind a face, nodes are held under either rule. Implicit and quasi-static steps take mirrored faces that stick, or
+/// slip without friction.
 template <scalar S, int D>
 struct Walls {
     /// The scalar type of the corners: double if S is float or double, else S. So walls stand where they were put in

@@ -2,10 +2,12 @@
 ///
 /// With the prolongation P and the free axes T of the fine nodes, it is Pᵀ T K T P, without the K of the fine level: to
 /// a particle, the gradient of a coarse node's weight is the sum of those of fine nodes, w_I = Σ P_iI T_i w_i. Along an
-/// axis that T holds at some nodes, the gradients differ from those along the others.
+/// axis that T holds at some nodes, the gradients differ from those along the others. A node behind a mirrored wall
+/// moves by the parents of its image, so T P is continued behind the wall as displacements are.
 #pragma once
 
 #include <firn/implicit/diagonal.hpp>
+#include <firn/implicit/mirrored_nodes.hpp>
 #include <firn/implicit/stencil_level.hpp>
 
 #include <memory>
@@ -209,13 +211,16 @@ public:
         }
     }
     /// Computes the gradients for motion along one axis. \param free  bit a of one: whether a node is free along axis a
+    /// \param images  how nodes follow their mirror images. \see MirroredNodes::Image
     template <class Fine>
-    void of_axis(const Fine& fine, const std::uint8_t* free, int axis, typename Blocks::Gradients& to) const {
+    void of_axis(const Fine& fine, const std::uint8_t* free, const std::uint16_t* images, int axis,
+                 typename Blocks::Gradients& to) const {
         to.fill(S(0));
         for (int i = 0; i < (D == 2 ? K * K : K * K * K); ++i) {
             if ((free[i] >> axis & 1) == 0) continue;
-            const Place k = place<K>(i);
-            const Vec<S, D> w = fine.of(k);
+            Place k = place<K>(i);
+            const Vec<S, D> w = (images[i] >> (6 + axis) & 1) != 0 ? -fine.of(k) : fine.of(k);
+            if (!follow(images[i], k)) continue;
             for (int e = 0; e < 1 << D; ++e) {
                 int J = 0;
                 S part = S(1);
@@ -231,6 +236,17 @@ public:
     }
 
 private:
+    /// Goes to the mirror image of a node. \return  whether it is among those around the particle: it is, unless the
+    /// particle lies behind the wall
+    static bool follow(std::uint16_t image, Place& k) {
+        bool is_around = true;
+        for (int a = 0; a < D; ++a) {
+            int& along = k[std::size_t(a)];
+            if ((image >> a & 1) != 0) along += (image >> (3 + a) & 1) != 0 ? -2 : 2;
+            is_around = is_around && along >= 0 && along < K;
+        }
+        return is_around;
+    }
     template <int width>
     FIRN_INLINE static Place place(int i) {
         Place at{};
@@ -260,7 +276,7 @@ struct CoarseMemory {
 /// Adds the Hessian of the particles of one group.
 template <class Kernel, class Force, bool is_symmetric, class Set, class Places, std::floating_point S, int D>
 void add_coarse_hessian(const Set& set, const SparseGrid<S, D>& grid, double dt, const BlockGroup& group,
-                        const Places& places, const std::uint8_t* free,
+                        const Places& places, const std::uint8_t* free, const std::uint16_t* images,
                         StencilLevel<S, D, coarse_support<Kernel> - 1>& level, CoarseMemory<Kernel, S, D>& memory) {
     using P = native_pack<S>;
     using Blocks = CoarseBlocks<Kernel, S, D>;
@@ -319,13 +335,19 @@ void add_coarse_hessian(const Set& set, const SparseGrid<S, D>& grid, double dt,
             RowsInGrid<Kernel, D> rows;
             rows.find(grid.neighbours(partition, range), pack.weights.corner[first + lane], [](auto) {});
             std::uint8_t free_here[fine], all = (1 << D) - 1;
-            for (int i = 0; i < fine; ++i) all &= free_here[i] = free[rows.number(i / K, i % K) / node_width];
-            const bool is_free = all == (1 << D) - 1;
+            std::uint16_t images_here[fine] = {}, any_image = 0;
+            for (int i = 0; i < fine; ++i) {
+                const auto node = rows.number(i / K, i % K) / node_width;
+                all &= free_here[i] = free[node];
+                if (images) any_image |= images_here[i] = images[node];
+            }
+            const bool is_free = all == (1 << D) - 1 && any_image == 0;
             memory.particles.push_back({reach, index, is_free ? 1u : unsigned(D), used});
             if (is_free)
                 coarse.of_free(gradients, memory.gradients[used++]);
             else
-                for (int a = 0; a < D; ++a) coarse.of_axis(gradients, free_here, a, memory.gradients[used++]);
+                for (int a = 0; a < D; ++a)
+                    coarse.of_axis(gradients, free_here, images_here, a, memory.gradients[used++]);
         }
         if (memory.particles.size() + lanes > memory.most) {
             sum_up();
@@ -338,10 +360,11 @@ void add_coarse_hessian(const Set& set, const SparseGrid<S, D>& grid, double dt,
 }  // namespace detail
 
 /// Adds the Hessian at the last displacement of a potential to the matrix of the first coarse level.
-/// \param free  for each node of the grid, bit a: whether it moves by coarse nodes along axis a
+/// \param free    for each node of the grid, bit a: whether it moves by coarse nodes along axis a
+/// \param images  for each node, how it follows its mirror image; nullptr: none does. \see MirroredNodes::Image
 template <class Kernel, class Force, std::floating_point S, int D, class... Sets>
 void add_coarse_hessian(const IncrementalPotential<Kernel, Force, S, D, Sets...>& potential, const std::uint8_t* free,
-                        StencilLevel<S, D, coarse_support<Kernel> - 1>& level) {
+                        const std::uint16_t* images, StencilLevel<S, D, coarse_support<Kernel> - 1>& level) {
     constexpr bool is_symmetric = IncrementalPotential<Kernel, Force, S, D, Sets...>::is_symmetric;
     const SparseGrid<S, D>& grid = potential.grid();
     const int workers = thread_count(potential.threads());
@@ -357,7 +380,7 @@ void add_coarse_hessian(const IncrementalPotential<Kernel, Force, S, D, Sets...>
             const BlockGroup& group = particles.partition.groups[g];
             const GroupPlaces<View> places(particles.view, particles.partition, group, positions);
             detail::add_coarse_hessian<Kernel, Force, is_symmetric>(set, grid, potential.dt(), group, places, free,
-                                                                    level, *mine);
+                                                                    images, level, *mine);
         });
     };
     std::apply([&](const auto&... set) { (add(set), ...); }, potential.sets());

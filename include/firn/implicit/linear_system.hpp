@@ -1,9 +1,11 @@
 /// \file The linear system of a Newton step: the Hessian of an incremental potential, with small nodes that follow
-/// large ones and nodes that a boundary holds; and conjugate gradients that solve it.
+/// large ones, nodes that a boundary holds and nodes behind mirrored walls; and conjugate gradients that solve it.
 ///
-/// With the extension E to small nodes and the projection W of constrained nodes, the displacements of all nodes are
-/// W E x, and the system is W Eᵀ W K W E x = W Eᵀ W b. Displacements in a layer have their small nodes set; forces have
-/// zeros there. So the scalar product of a displacement and a force is that of the unknowns alone.
+/// With the projection W of constrained nodes, the extension M behind mirrored walls and the extension E to small
+/// nodes, the displacements of all nodes are Q x with Q = M W E M W, and the system is Qᵀ K Q x = Qᵀ b. Q Q is Q.
+/// Displacements in a layer have all nodes set that follow others; forces have zeros there. So the scalar product of a
+/// displacement and a force is that of the unknowns alone. Large nodes behind a wall are set before small nodes follow
+/// them, so that half of a body at a plane of symmetry moves as half of the whole one.
 #pragma once
 
 #include <firn/implicit/node_constraints.hpp>
@@ -29,32 +31,51 @@ public:
     Potential& potential() const { return potential_; }                        ///< The potential of the particles.
     const SmallNodes<S, D>& small_nodes() const { return small_; }             ///< The nodes that follow others.
     const NodeConstraints<S, D>& constraints() const { return constraints_; }  ///< The nodes that a boundary holds.
-    /// Turns a vector into a displacement: small nodes follow, and constrained nodes keep their free part alone.
+    /// Turns a vector into a displacement: nodes that follow others do so, and constrained nodes keep their free part
+    /// alone.
     void to_displacement(std::size_t k) const {
         S* const numbers = vectors().numbers(k);
         constraints_.project(numbers, potential_.threads());
+        constraints_.mirrored().extend(numbers, potential_.threads());
         small_.extend(numbers, potential_.threads());
         constraints_.project(numbers, potential_.threads());
+        constraints_.mirrored().extend(numbers, potential_.threads());
     }
     /// Turns forces on all nodes into those on the unknowns.
     void to_forces(std::size_t k) const {
         S* const numbers = vectors().numbers(k);
+        constraints_.mirrored().fold(numbers, potential_.threads());
         constraints_.project(numbers, potential_.threads());
         small_.fold(numbers, potential_.threads());
+        constraints_.mirrored().fold(numbers, potential_.threads());
         constraints_.project(numbers, potential_.threads());
     }
-    /// Turns forces on all nodes into those on constrained ones alone: what to_forces() drops.
-    /// \param memory  a vector that is overwritten
-    void to_reactions(std::size_t k, std::size_t memory) const {
+    /// Turns forces on all nodes into those by which constrained ones are held alone: what to_forces() drops.
+    /// \param memory      a vector that is overwritten
+    /// \param of_mirrors  a vector that gets the forces of mirrored walls, which are not among those; 0: none gets them
+    void to_reactions(std::size_t k, std::size_t memory, std::size_t of_mirrors = 0) const {
         const NodeVectors<S, D> all = vectors();
-        S* const numbers = all.numbers(memory);
-        all.copy(memory, k);
-        constraints_.project(numbers, potential_.threads());
-        all.add(k, -1, memory);
-        small_.fold(numbers, potential_.threads());
-        all.add(k, 1, memory);
-        constraints_.project(numbers, potential_.threads());
-        all.add(k, -1, memory);
+        const int threads = potential_.threads();
+        S* const numbers = all.numbers(k);
+        // Each constraint in turn holds what it takes away: the difference before and after it.
+        const auto mirror = [&] {
+            if (of_mirrors != 0) all.add(of_mirrors, 1, k);
+            constraints_.mirrored().fold(numbers, threads);
+            if (of_mirrors != 0) all.add(of_mirrors, -1, k);
+        };
+        const auto hold = [&] {
+            all.add(memory, 1, k);
+            constraints_.project(numbers, threads);
+            all.add(memory, -1, k);
+        };
+        all.fill(memory, S(0));
+        if (of_mirrors != 0) all.fill(of_mirrors, S(0));
+        mirror();
+        hold();
+        small_.fold(numbers, threads);
+        mirror();
+        hold();
+        all.copy(k, memory);
     }
     /// Sets the present numbers of the nodes to the system's matrix times a vector. The vector becomes a displacement.
     void multiply(std::size_t k) {

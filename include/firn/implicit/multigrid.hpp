@@ -6,6 +6,7 @@
 ///
 /// Small nodes, which follow others, get no correction from coarse levels; the matrices of these count all the same
 /// what they would do as independent nodes. Without that, coarse levels are too soft at surfaces, and iterations grow.
+/// Nodes behind mirrored walls move with their images on all levels.
 #pragma once
 
 #include <firn/implicit/coarse_hessian.hpp>
@@ -128,10 +129,21 @@ private:
                 for (std::size_t k = 0; k < std::size_t(D * D); ++k)
                     if (blocks_[i * std::size_t(D * D) + k] != S(0)) free_[i] = (1 << D) - 1;
         });
+        const auto& mirrored = problem.constraints().mirrored();
         for (const std::uint32_t i : problem.small_nodes().nodes()) follows_[i] = 1;
+        was_images_ = std::move(images_);
+        images_.assign(mirrored.nodes().empty() ? 0 : nodes, 0);
+        for (std::size_t k = 0; k < mirrored.nodes().size(); ++k) {
+            const std::uint32_t i = mirrored.nodes()[k], image = mirrored.masters()[k];
+            images_[i] = mirrored.images()[k];
+            follows_[i] = 1;
+            free_[image] |= free_[i];
+        }
+        mirrored.fold_blocks(blocks_.data(), workers_);
         problem.small_nodes().fold_blocks(blocks_.data(), workers_);
+        mirrored.fold_blocks(blocks_.data(), workers_);
         // A held node keeps P B P on its free part.
-        problem.constraints().for_held([&](std::size_t i, const Mat<S, D>& free) {
+        const auto hold = [&](std::size_t i, const Mat<S, D>& free) {
             if (free_[i] == 0) return;
             Mat<S, D> block = block_of(i);
             S size = S(0);
@@ -140,7 +152,11 @@ private:
             for (int k = 0; k < D * D; ++k) blocks_[i * std::size_t(D * D) + std::size_t(k)] = block.m[k];
             for (int a = 0; a < D; ++a)
                 if (!(free(a, a) > S(0.5))) free_[i] = std::uint8_t(free_[i] & ~(1 << a));
-        });
+        };
+        mirrored.for_on_walls(hold);
+        problem.constraints().for_held(hold);
+        for (std::size_t k = 0; k < mirrored.nodes().size(); ++k)
+            free_[mirrored.nodes()[k]] &= free_[mirrored.masters()[k]];
         inverses_.resize(nodes);
         detail::for_chunks(nodes, workers_, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
@@ -214,7 +230,7 @@ private:
 
     /// Whether the levels fit: whether the grid has the blocks, and the nodes the freedom, of the last time.
     bool has_same_nodes(const SparseGrid<S, D>& grid) const {
-        bool same = block_keys_.size() == grid.block_count() && free_ == was_free_;
+        bool same = block_keys_.size() == grid.block_count() && free_ == was_free_ && images_ == was_images_;
         for (std::size_t b = 0; same && b < block_keys_.size(); ++b)
             same = block_keys_[b] == block_key<D>(grid.block(b));
         return same;
@@ -235,7 +251,7 @@ private:
             has_copies = has_copies || grid.contact_group(b) != 0;
             for (int k = 0; k < block_nodes<D>; ++k) {
                 const std::size_t i = b * std::size_t(block_nodes<D>) + std::size_t(k);
-                if (free_[i] == 0) continue;
+                if (free_[i] == 0 || (!images_.empty() && images_[i] != 0)) continue;
                 at_.push_back(std::uint32_t(i));
                 typename NodeSet<D>::Place place = block;
                 for (int a = 0; a < D; ++a)
@@ -288,16 +304,21 @@ private:
         }
     }
     void add_finest(Problem& problem, Level& level) const {
-        add_coarse_hessian(problem.potential(), free_.data(), level);
+        add_coarse_hessian(problem.potential(), free_.data(), images_.empty() ? nullptr : images_.data(), level);
         if constexpr (requires { problem.inertia(); })
-            if (const auto& inertia = problem.inertia())
+            if (const auto& inertia = problem.inertia()) {
+                aligned_vector<S> masses = inertia->masses;
+                const auto& mirrored = problem.constraints().mirrored();
+                for (std::size_t k = 0; k < mirrored.nodes().size(); ++k)
+                    masses[mirrored.masters()[k]] += masses[mirrored.nodes()[k]];
                 level.add_coarsened_diagonal(
                     transfers_[0], [&, per_square = S(1 / (inertia->dt * inertia->dt))](std::size_t q) {
                         Vec<S, D> diagonal;
                         for (int a = 0; a < D; ++a)
-                            diagonal[a] = (free_[at_[q]] >> a & 1) != 0 ? inertia->masses[at_[q]] * per_square : S(0);
+                            diagonal[a] = (free_[at_[q]] >> a & 1) != 0 ? masses[at_[q]] * per_square : S(0);
                         return diagonal;
                     });
+            }
     }
     bool factor(const Level& level) {
         std::vector<double> matrix = level.dense();
@@ -391,7 +412,8 @@ private:
     aligned_vector<S> blocks_;
     std::vector<Mat<S, D>> inverses_;
     std::vector<std::uint8_t> free_, was_free_, follows_;
-    std::vector<std::uint32_t> at_;  // the nodes of the grid that are free along any axis
+    std::vector<std::uint16_t> images_, was_images_;  // how nodes follow their mirror images; empty if none does
+    std::vector<std::uint32_t> at_;                   // the nodes of the grid that are free along any axis
     std::vector<std::uint64_t> block_keys_;
     std::vector<std::unique_ptr<Level>> levels_;
     std::vector<NodeTransfer<D>> transfers_;  // from each level to the next coarser one

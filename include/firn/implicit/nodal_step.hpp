@@ -5,6 +5,7 @@
 #include <firn/implicit/integration.hpp>
 #include <firn/implicit/multigrid.hpp>
 #include <firn/loops/layers.hpp>
+#include <firn/loops/mirror.hpp>
 #include <firn/simulation/pass.hpp>
 
 #include <optional>
@@ -36,16 +37,19 @@ class NodalStep {
 public:
     /// Begins a step. P2G has left masses and momenta in the present numbers of the nodes, and the forces of loads are
     /// in layer::of_loads.
-    /// \param sets  what P2G sees of the particles
+    /// \param mirrors  the mirrored walls of the boundary;  \param sets  what P2G sees of the particles
     template <class Boundary, class View>
-    NodalStep(SparseGrid<S, D>& grid, int threads, const Time& rule, const Boundary& boundary, ParticleSets<View> sets)
+    NodalStep(SparseGrid<S, D>& grid, int threads, const Time& rule, const Boundary& boundary, const Mirrors& mirrors,
+              ParticleSets<View> sets)
         : vectors_(grid, threads), rule_(rule) {
         masses_ = masses_of_nodes(grid);
         vectors_.make(layer::momenta);
         vectors_.copy(layer::momenta, 0);
         scatter_volumes<Kernel>(grid, threads, sets);
+        MirroredNodes<S, D> mirrored(grid, mirrors, threads);
+        mirrored.mirror_volumes(grid.nodes(0), threads);
         small_.emplace(grid, rule.small_nodes, threads);
-        constraints_.emplace(grid, boundary, threads);
+        constraints_.emplace(grid, boundary, std::move(mirrored), threads);
         constraints_->release(small_->nodes());
         if constexpr (Time::has_inertia) inertia_ = NodalInertia<S>{masses_, 1, layer::free_motion};
     }
@@ -112,13 +116,16 @@ public:
     /// Sums what the boundary exerts in the step that solve() has found.
     template <class Potential, class Boundary>
     void react(Potential& potential, const StepNow<S, D>& now, const Boundary& boundary, Reactions<D>& reactions) {
+        constexpr std::size_t of_mirrors = layer::of_solver.solution;
+        vectors_.make(of_mirrors);
         StepProblem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
         problem.displace(layer::displacement);
-        problem.reactions(layer::displacement, layer::trial);
+        problem.reactions(layer::displacement, layer::trial, of_mirrors);
         constraints_->add_friction(vectors_.numbers(0));
         // The velocities that nodes would have without the boundary, from which it takes them to those of the step.
         S* const nodes = vectors_.numbers(0);
         const S* const u = vectors_.numbers(layer::displacement);
+        constraints_->push_mirrors(u, masses_, now.dt, nodes, vectors_.numbers(of_mirrors));
         for (std::size_t i = 0; i < masses_.size(); ++i) {
             bool is_held = false;
             for (std::size_t k = i * node_width; k < i * node_width + std::size_t(D); ++k) {
@@ -128,6 +135,15 @@ public:
             nodes[i * node_width + node_mass] = is_held ? masses_[i] : S(0);
         }
         update_grid(now.threads, now.ranks, vectors_.grid(), 0.0, Vec<double, D>::zero(), boundary, &reactions);
+        if constexpr (has_mirrors<Boundary>) {
+            // Mirrored walls do not see velocities that are even or odd as they want them, so they are left out.
+            const S* const forces = vectors_.numbers(of_mirrors);
+            for_numbers([&](std::size_t i, std::size_t k) {
+                nodes[k] = masses_[i] > S(0) ? -forces[k] * S(now.dt) / masses_[i] : S(0);
+            });
+            leave_masses();
+            mirror_nodes(now.threads, now.ranks, vectors_.grid(), now.mirrors, true, &reactions);
+        }
     }
 
     /// Sets the present numbers of the nodes to the velocities with which matter moves in the step, for G2P: u/dt.
@@ -142,10 +158,10 @@ public:
     void leave_velocities_before(double dt, double ratio) const {
         const double after = Time::first_stage * dt / 2, c = 1 / (Time::first_stage * (2 - Time::first_stage));
         for_numbers([&, before = vectors_.numbers(layer::before_forces), u = vectors_.numbers(layer::displacement),
-                     of_stage = vectors_.numbers(layer::stage)](std::size_t i, std::size_t k) {
+                     of_stage = vectors_.numbers(layer::stage)](std::size_t, std::size_t k) {
             // α (v + w − b) + (1 − α) w is to be α (v + w' − v₀) + (1 − α) w', with w = u/dt and w' the end's velocity.
             const S w = u[k] * S(1 / dt), end = (u[k] - S(c) * of_stage[k]) * S(1 / after);
-            before[k] = velocity(i, k) + (w - end) * S(1 / ratio);
+            before[k] += (w - end) * S(1 / ratio);
         });
     }
 
@@ -252,12 +268,15 @@ private:
                 vectors_.fill(layer::displacement, S(0));
         }
     }
-    /// Lets small nodes follow the displacement, and the boundary hold it.
+    /// Lets small nodes and those behind mirrored walls follow the displacement, and the boundary hold it.
     void impose(double dt) const {
         S* const u = vectors_.numbers(layer::displacement);
-        constraints_->impose(u, dt, vectors_.threads());
-        small_->extend(u, vectors_.threads());
-        constraints_->impose(u, dt, vectors_.threads());
+        const int threads = vectors_.threads();
+        constraints_->impose(u, dt, threads);
+        constraints_->mirrored().extend(u, threads);
+        small_->extend(u, threads);
+        constraints_->impose(u, dt, threads);
+        constraints_->mirrored().extend(u, threads);
     }
     /// Lets the boundary meet nodes that loads push for the time of the step.
     void begin_contact(double dt) {

@@ -5,12 +5,14 @@
 #include <firn/boundary/measured_from.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/aligned.hpp>
+#include <firn/implicit/mirrored_nodes.hpp>
 #include <firn/loops/grid_update.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -29,7 +31,20 @@ public:
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws usage_error  if the boundary has mirrored walls
     template <class Boundary>
-    NodeConstraints(const SparseGrid<S, D>& grid, const Boundary& boundary, int threads) {
+    NodeConstraints(const SparseGrid<S, D>& grid, const Boundary& boundary, int threads)
+        : NodeConstraints(grid, boundary, MirroredNodes<S, D>{}, threads) {
+        if constexpr (has_mirrors<Boundary>)
+            boundary.mirrors([](auto&&...) {
+                throw usage_error(
+                    "The boundary has mirrored walls. Give NodeConstraints the MirroredNodes of what "
+                    "mirrors_of<Kernel>(boundary, domain) returns, too.");
+            });
+    }
+    /// As above, beside mirrored walls: nodes behind them are not held, as they follow others; and of a node on one,
+    /// the boundary holds what the wall leaves free.
+    template <class Boundary>
+    NodeConstraints(const SparseGrid<S, D>& grid, const Boundary& boundary, MirroredNodes<S, D> mirrored, int threads)
+        : mirrored_(std::move(mirrored)) {
         static_assert(detail::require_boundary<Boundary, S, D>());
         constexpr bool by_velocity =
             !acts_by_gap<Boundary> && changes_velocity<with_scalar_t<Boundary, double>, double, D>;
@@ -37,7 +52,6 @@ public:
                       "firn: an implicit step takes boundaries that change the velocity of a node whatever its mass: "
                       "no GapContact, and none with velocity(x, v, mass, dt).");
         check_boundary(boundary);
-        detail::refuse_mirrors(boundary);
         const double h = grid.domain().cell_size;
         const auto here = on_grid(measured_from(boundary, grid.domain().lower), h);
         after_ = [lifted = lift<double>(here)](const Vec<double, D>& x, const Vec<double, D>& v) {
@@ -63,7 +77,8 @@ public:
             }
     }
 
-    std::size_t count() const { return all_.size(); }  ///< Number of nodes that the boundary holds.
+    const MirroredNodes<S, D>& mirrored() const { return mirrored_; }  ///< The nodes beside mirrored walls.
+    std::size_t count() const { return all_.size(); }                  ///< Number of nodes that the boundary holds.
 
     /// Whether friction or separation acts at a node, so that constraints depend on the solution. \see renew
     bool are_nonlinear() const { return !contacts_.empty(); }
@@ -129,6 +144,28 @@ public:
     void add_friction(S* forces) const {
         for (const std::size_t i : contacts_) put(get(forces, all_[i].node) + all_[i].friction, forces, all_[i].node);
     }
+    /// Lets the boundary push nodes on mirrored walls along its own normals: adds the components of its forces that the
+    /// walls take up again.
+    /// \param u       the displacements of all nodes [m];  \param masses  their masses [kg]
+    /// \param forces  the forces of the boundary on all nodes [N], friction included
+    /// \param of_mirrors  those of the mirrored walls [N]
+    void push_mirrors(const S* u, const aligned_vector<S>& masses, double dt, S* forces, S* of_mirrors) const {
+        for (const Constraint& one : all_) {
+            const double mass = double(masses[one.node]);
+            if (one.even == Vec<double, D>::filled(1) || !(mass > 0)) continue;
+            const Vec<double, D> v = cast<double>(get(u, one.node)) * (1 / dt);
+            const Vec<double, D> f = cast<double>(get(forces, one.node)) * (dt / mass);
+            Vec<double, D> odd = Vec<double, D>::zero();
+            for (int turn = 0; turn < most_turns; ++turn) {
+                const Vec<double, D> error = after_(one.x, v - f - odd) - v, of_odd = error - product(one.even, error);
+                odd += of_odd;
+                if (dot(of_odd, of_odd) <= 1e-30 * dot(f, f)) break;
+            }
+            const Vec<S, D> more = cast<S>(odd * (mass / dt));
+            put(get(forces, one.node) + more, forces, one.node);
+            put(get(of_mirrors, one.node) - more, of_mirrors, one.node);
+        }
+    }
 
 private:
     struct Constraint {
@@ -137,6 +174,7 @@ private:
         Vec<double, D> x;  ///< from the domain's corner [m]
         Mat<S, D> P;
         Vec<S, D> velocity, friction;
+        Vec<double, D> even;  ///< \see MirroredNodes::even
     };
 
     template <class F>
@@ -152,54 +190,76 @@ private:
         for (int a = 0; a < D; ++a) numbers[node * std::size_t(node_width) + std::size_t(a)] = v[a];
     }
 
+    /// Returns the velocity of a node after the boundary has acted. On a mirrored wall, both act in turn until nothing
+    /// changes: so alternating projections find what both allow.
+    /// \param even  the components that a mirrored wall leaves to the node
+    Vec<double, D> after(const Vec<double, D>& x, const Vec<double, D>& even, const Vec<double, D>& v) const {
+        Vec<double, D> w = after_(x, v);
+        if (even == Vec<double, D>::filled(1)) return w;
+        w = product(even, w);
+        for (int turn = 1; turn < most_turns; ++turn) {
+            const Vec<double, D> next = product(even, after_(x, w)), change = next - w;
+            w = next;
+            if (dot(change, change) <= 1e-30 * dot(w, w)) break;
+        }
+        return w;
+    }
+    static constexpr int most_turns = 1000;
+    static Vec<double, D> product(const Vec<double, D>& even, Vec<double, D> v) {
+        for (int a = 0; a < D; ++a) v[a] *= even[a];
+        return v;
+    }
+
     /// Probes the boundary with a few velocities of about 1 m/s.
     void find(const Vec<double, D>& x, std::uint32_t node, std::vector<Constraint>& found) const {
-        const Vec<double, D> c = after_(x, Vec<double, D>::zero());
+        if (mirrored_.follows(node)) return;
+        const Vec<double, D> even = cast<double>(mirrored_.even(node));
+        const Vec<double, D> c = after(x, even, Vec<double, D>::zero());
         Mat<double, D> P{};
         bool is_free = dot(c, c) == 0;
         for (int j = 0; j < D; ++j) {
             Vec<double, D> e = Vec<double, D>::zero();
             e[j] = 1;
-            const Vec<double, D> column = after_(x, e) - c;
+            const Vec<double, D> column = after(x, even, e) - c;
             for (int i = 0; i < D; ++i) P(i, j) = column[i];
-            is_free = is_free && column == e;
+            is_free = is_free && column == product(even, e);
         }
         bool is_linear = true;
         for (int sign = -1; sign <= 1; sign += 2) {
             Vec<double, D> v{};
             for (int a = 0; a < D; ++a) v[a] = sign * (1 - 0.31 * a);
-            const Vec<double, D> error = after_(x, v) - (P * v + c);
+            const Vec<double, D> error = after(x, even, v) - (P * v + c);
             is_linear = is_linear && dot(error, error) <= 1e-20 * (1 + dot(c, c));
         }
         if (is_free && is_linear) return;
-        found.push_back({node, is_linear, x, cast<S>(P), cast<S>(c), Vec<S, D>::zero()});
+        found.push_back({node, is_linear, x, cast<S>(P), cast<S>(c), Vec<S, D>::zero(), even});
     }
     /// Sets what the boundary does to a node that would have the velocity v without it.
     /// \param per_force  the change of that velocity for a force of the boundary [m/(s N)]
     /// \return  the velocity after the boundary has acted [m/s]
     Vec<double, D> set(Constraint& one, const Vec<double, D>& v, double per_force) const {
-        const Vec<double, D> after = after_(one.x, v);
-        const double size = std::max(norm(v), norm(after));
+        const Vec<double, D> w = after(one.x, one.even, v);
+        const double size = std::max(norm(v), norm(w));
         Mat<double, D> P = Mat<double, D>::identity();
         Vec<double, D> friction = Vec<double, D>::zero();
-        if (norm(after - v) > 1e-12 * size) {
-            P = freedom(one.x, v, after, 1e-6 * size);
-            if (per_force > 0) friction = P * (after - v) * (1 / per_force);
+        if (norm(w - v) > 1e-12 * size) {
+            P = freedom(one, v, w, 1e-6 * size);
+            if (per_force > 0) friction = P * (w - v) * (1 / per_force);
         }
         one.P = cast<S>(P);
-        one.velocity = cast<S>(after - P * after);
+        one.velocity = cast<S>(w - P * w);
         one.friction = cast<S>(friction);
-        return after;
+        return w;
     }
     /// Returns the projection onto the directions in which the velocity after the boundary has acted changes with the
-    /// velocity before. \param after  after_(x, v);  \param small  a small speed [m/s]
-    Mat<double, D> freedom(const Vec<double, D>& x, const Vec<double, D>& v, const Vec<double, D>& after,
+    /// velocity before. \param w  the velocity after it, for v;  \param small  a small speed [m/s]
+    Mat<double, D> freedom(const Constraint& one, const Vec<double, D>& v, const Vec<double, D>& w,
                            double small) const {
         std::array<Vec<double, D>, std::size_t(D)> columns;
         for (int j = 0; j < D; ++j) {
             Vec<double, D> beside = v;
             beside[j] += small;
-            columns[std::size_t(j)] = (after_(x, beside) - after) * (1 / small);
+            columns[std::size_t(j)] = (after(one.x, one.even, beside) - w) * (1 / small);
         }
         Mat<double, D> P = Mat<double, D>::zero();
         for (int rank = 0; rank < D; ++rank) {  // Gram-Schmidt, the longest column first
@@ -213,6 +273,7 @@ private:
         return P;
     }
 
+    MirroredNodes<S, D> mirrored_;
     std::function<Vec<double, D>(const Vec<double, D>&, const Vec<double, D>&)> after_;
     std::vector<std::size_t> contacts_;  // indices of the constraints that are not linear
     std::vector<Constraint> all_;

@@ -75,6 +75,7 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
     static double next_time_step(Simulation& of, const Acceleration& acceleration, double duration) {
         check_acceleration<D>(acceleration);
         of.integration.check();
+        check_linear_mirrors(mirrors_of<Kernel>(of.boundary, of.domain()), of.domain());
         if constexpr (in_two_stages)
             if (!(of.transfer.ratio > 0))
                 throw parameter_error(
@@ -125,7 +126,7 @@ private:
     }
     static void solve(Simulation& of, Now& now) {
         Base::with_sets(of, [&](Sets sets) {
-            NodalStep<Time, Kernel, S, D> step(of.grid_, now.threads, of.integration, of.boundary, sets);
+            NodalStep<Time, Kernel, S, D> step(of.grid_, now.threads, of.integration, of.boundary, now.mirrors, sets);
             const double first = now.dt;
             of.solution = step.take(first, now.asked, [&](double dt) {
                 now.dt = dt;

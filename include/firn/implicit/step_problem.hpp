@@ -76,12 +76,13 @@ public:
     /// Sets the present numbers of the nodes to the forces [N] by which a boundary holds them, at the displacement of
     /// the last displace(): what is out of balance on constrained nodes. Follows displace(), before any product.
     /// \param u  the layer of that displacement;  \param memory  a layer that is overwritten
-    void reactions(std::size_t u, std::size_t memory) {
+    /// \param of_mirrors  a layer that gets the forces of mirrored walls [N]; 0: none gets them
+    void reactions(std::size_t u, std::size_t memory, std::size_t of_mirrors = 0) {
         potential_.gradient();
         const auto vectors = this->vectors();
         vectors.add(0, -1, loads_);
         add_inertia(u, true);
-        this->to_reactions(0, memory);
+        this->to_reactions(0, memory, of_mirrors);
     }
     /// Sets the present numbers of the nodes to the Hessian of Φ times a vector. The vector becomes a displacement.
     void multiply(std::size_t k) {

@@ -9,7 +9,7 @@ namespace implicit_multigrid_tests {
 using namespace firn;
 using namespace implicit_steps;
 
-/// A block that stands on a floor, beside a slip wall.
+/// A block that stands on a floor, beside a slip wall. The nodes behind these are held or mirrored.
 template <class Scene>
 struct Held {
     static constexpr int D = Scene::D;
@@ -20,23 +20,32 @@ struct Held {
 
     Scene& block;
     Potential potential;
+    MirroredNodes<S, D> mirrored;
     SmallNodes<S, D> small;
     NodeConstraints<S, D> constraints;
     std::optional<NodalInertia<S>> inertia;
     Problem problem;
 
-    static auto walls(const Domain<D>& domain) {
-        auto all = Walls<S, D>::all(Vec<double, D>::filled(0.32), Vec<double, D>::filled(4.4), {Contact::slip, 0});
+    static auto walls(const Domain<D>& domain, NodesBehind behind) {
+        auto all = Walls<S, D>::all(Vec<double, D>::filled(behind == NodesBehind::held ? 0.32 : 0.3),
+                                    Vec<double, D>::filled(4.4), {Contact::slip, 0});
+        all.nodes_behind = behind;
         all.at_lower[1].contact = Contact::stick;
         for (std::size_t a = 0; a < std::size_t(D); ++a)
             if (domain.periodic[a]) all.at_lower[a].contact = all.at_upper[a].contact = Contact::none;
         return all;
     }
-    explicit Held(Scene& of, int threads = 1, double dt = 0)
+    static SmallNodes<S, D> small_of(Scene& of, const MirroredNodes<S, D>& mirrored, int threads) {
+        of.small_nodes(threads);  // leaves volumes
+        mirrored.mirror_volumes(of.grid.nodes(0), threads);
+        return SmallNodes<S, D>(of.grid, {}, threads);
+    }
+    explicit Held(Scene& of, int threads = 1, double dt = 0, NodesBehind behind = NodesBehind::held)
         : block(of),
           potential(of.potential(threads)),
-          small(of.small_nodes(threads)),
-          constraints(of.grid, walls(of.domain), threads),
+          mirrored(of.grid, mirrors_of<typename Scene::Kernel>(walls(of.domain, behind), of.domain), threads),
+          small(small_of(of, mirrored, threads)),
+          constraints(of.grid, walls(of.domain, behind), mirrored, threads),
           problem(potential, small, constraints, loads, inertia) {
         if (dt > 0) {
             inertia = NodalInertia<S>{masses_of_nodes(block.grid), dt, free_motion};
@@ -71,12 +80,12 @@ Eigen::MatrixXd dense(const Level& level) {
 }
 
 template <class Scene>
-void check_levels(Scene block, double dt = 0) {
+void check_levels(Scene block, double dt = 0, NodesBehind behind = NodesBehind::held) {
     constexpr int D = Scene::D;
-    CAPTURE(D, Scene::Kernel::support, Scene::Force::name, Scene::Material::name, dt);
+    CAPTURE(D, Scene::Kernel::support, Scene::Force::name, Scene::Material::name, dt, int(behind));
     const Numbers u = block.random_displacement(0.02, 5);
     block.put(u, block.of_u);
-    Held<Scene> held(block, 1, dt);
+    Held<Scene> held(block, 1, dt, behind);
     Multigrid<typename Held<Scene>::Problem> multigrid({.coarsest = 10}, held.of_multigrid);
     multigrid.renew(held.problem);
     REQUIRE(multigrid.levels().size() >= 2);
@@ -93,19 +102,42 @@ void check_levels(Scene block, double dt = 0) {
     // Nodes whose particles have no stiffness at all, such as those of broken sand, take no part.
     for (int q = 0; q < int(block.offsets.size()); ++q)
         if (A.template block<D, D>(D * q, D * q).norm() <= 1e-14 * A.norm()) T.template segment<D>(D * q).setZero();
-    held.constraints.for_held([&](std::size_t node, const auto& P) {
+    const auto hold = [&](std::size_t node, const auto& P) {
         for (int q = 0; q < int(block.offsets.size()); ++q)
             if (block.offsets[std::size_t(q)] / node_width == node)
                 for (int a = 0; a < D; ++a) {
                     T[D * q + a] *= P(a, a);
                     is_partly_free = is_partly_free || P(a, a) != P(0, 0);
                 }
-    });
+    };
+    held.constraints.for_held(hold);
+    held.mirrored.for_on_walls(hold);
+    // Nodes behind mirrored walls move with their images.
+    Eigen::MatrixXd M = Eigen::MatrixXd::Identity(block.size(), block.size());
+    Numbers is_own = Numbers::Ones(block.size());
+    if (behind == NodesBehind::mirrored)
+        for (const auto& [place, q] : block.nodes) {
+            auto image = place;
+            Vec<double, D> sign = Vec<double, D>::filled(1);
+            for (int axis = 0; axis < D; ++axis) {
+                if (place[std::size_t(axis)] != 5) continue;  // the walls lie at node 6, and that of axis 1 sticks
+                image[std::size_t(axis)] = 7;
+                for (int a = 0; a < D; ++a) sign[a] *= axis == 1 || a == axis ? -1 : 1;
+            }
+            if (image == place) continue;
+            const int of = block.nodes.at(image);
+            for (int a = 0; a < D; ++a) {
+                M(D * q + a, D * q + a) = is_own[D * q + a] = 0;
+                M(D * q + a, D * of + a) = sign[a];
+                T[D * q + a] *= T[D * of + a];
+            }
+        }
     CHECK(is_partly_free == !is_periodic(block.domain));
     for (int q = 0; q < int(block.offsets.size()); ++q)
         for (int a = 0; a < D; ++a)
             CHECK((multigrid.free()[block.offsets[std::size_t(q)] / node_width] >> a & 1) == T[D * q + a]);
-    A = T.asDiagonal() * A * T.asDiagonal();
+    T = T.cwiseProduct(is_own);
+    A = T.asDiagonal() * M.transpose() * A * M * T.asDiagonal();
     for (const auto& level : multigrid.levels()) {
         const Eigen::MatrixXd P = prolongation<D>(places, level->nodes()), expected = P.transpose() * A * P;
         CAPTURE(places.size(), level->size());
@@ -123,8 +155,10 @@ TEMPLATE_TEST_CASE_SIG("Coarse matrices are those of the Hessian, weighted", "[i
     using Solid = NeoHookean<double>;
     check_levels(Block<QuadraticBSpline, WeightGradientForce, Solid, D>({}, 0.1, n, 6.1));
     check_levels(Block<QuadraticBSpline, MlsForce, Solid, D>({}, 0.1, n, 6.1), 0.01);
+    check_levels(Block<QuadraticBSpline, WeightGradientForce, Solid, D>({}, 0.1, n, 6.1), 0.01, NodesBehind::mirrored);
     if (D == 3) return;
     check_levels(Block<CubicBSpline, MlsForce, Hencky<double>, D>({}, 0.1, n, 6.1));
+    check_levels(Block<CubicBSpline, MlsForce, Solid, D>({}, 0.1, n, 6.1), 0, NodesBehind::mirrored);
     // Plastic flow: the matrix is not symmetric.
     check_levels(Block<QuadraticBSpline, MlsForce, Sand<double>, D>(Sand<double>::from_properties({}), 0.01, n, 6.1));
 }
@@ -138,10 +172,10 @@ auto applied(Held<Scene>& held, Preconditioner& multigrid, std::uint64_t seed, s
 }
 
 template <class Scene>
-void check_cycle(Scene block, const MultigridRule& rule, double dt = 0) {
-    CAPTURE(Scene::D, Scene::Force::name, rule.degree, rule.coarsest, dt);
+void check_cycle(Scene block, const MultigridRule& rule, double dt = 0, NodesBehind behind = NodesBehind::held) {
+    CAPTURE(Scene::D, Scene::Force::name, rule.degree, rule.coarsest, dt, int(behind));
     block.put(block.random_displacement(0.01, 5), block.of_u);
-    Held<Scene> held(block, 1, dt);
+    Held<Scene> held(block, 1, dt, behind);
     Multigrid<typename Held<Scene>::Problem> multigrid(rule, held.of_multigrid);
     multigrid.renew(held.problem);
     REQUIRE(multigrid.report().is_definite);
@@ -164,6 +198,7 @@ TEMPLATE_TEST_CASE_SIG("A cycle is symmetric and definite", "[implicit]", ((int 
     using Scene = Block<QuadraticBSpline, WeightGradientForce, Solid, D>;
     check_cycle(Scene({}, 0.01, n, 6.1), {.coarsest = 20});
     check_cycle(Block<QuadraticBSpline, MlsForce, Solid, D>({}, 0.01, n, 6.1), {.degree = 3, .range = 8}, 1e-3);
+    check_cycle(Scene({}, 0.01, n, 6.1), {.coarsest = 20}, 0, NodesBehind::mirrored);
     if (D == 3) return;
     check_cycle(Scene({}, 0.01, n, 6.1), {.degree = 1});
     check_cycle(Scene({}, 0.01, n, 6.1), {.coarsest = 10'000});  // no coarse level
@@ -172,9 +207,10 @@ TEMPLATE_TEST_CASE_SIG("A cycle is symmetric and definite", "[implicit]", ((int 
 
 /// Iterations of conjugate gradients for a block under its own weight.
 template <class Scene>
-SolverReport solve(Scene& block, int threads, double tolerance, Numbers* solution = nullptr, double dt = 0) {
+SolverReport solve(Scene& block, int threads, double tolerance, Numbers* solution = nullptr, double dt = 0,
+                   NodesBehind behind = NodesBehind::held) {
     block.put(Numbers::Zero(block.size()), block.of_u);
-    Held<Scene> held(block, threads, dt);
+    Held<Scene> held(block, threads, dt, behind);
     Multigrid<typename Held<Scene>::Problem> multigrid({}, held.of_multigrid);
     multigrid.renew(held.problem);
     Numbers weights = Numbers::Zero(block.size());
@@ -204,6 +240,8 @@ TEST_CASE("Iterations do not grow with the number of cells", "[implicit]") {
     CAPTURE(all);
     CHECK(all.back() <= 1.5 * all.front());
     CHECK(all.back() <= 20);
+    Plane mirrored(material, 0, 40, 6.1);
+    CHECK(solve(mirrored, 1, 1e-8, nullptr, 0, NodesBehind::mirrored).iterations <= all.back() + 1);
     CHECK(iterations(Block<QuadraticBSpline, MlsForce, Solid, 2>(material, 0, 16, 6.1)) <= 20);
     CHECK(iterations(Block<CubicBSpline, MlsForce, Solid, 2>(material, 0, 16, 6.1)) <= 25);
     CHECK(iterations(Block<QuadraticBSpline, WeightGradientForce, Solid, 3>(material, 0, 6, 6.1)) <= 30);
