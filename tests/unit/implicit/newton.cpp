@@ -182,7 +182,8 @@ TEST_CASE("A line search on the gradient takes the first that is small enough, e
         Scripted<std::remove_cvref_t<decltype(f)>> problem{vectors, f};
         vectors.numbers(layers.displacement)[0] = 2;
         vectors.numbers(layers.solver.solution)[0] = step;
-        detail::LineSearch<decltype(problem)> line(problem, layers, {.cuts = 5});
+        const NewtonLimits limits{.cuts = 5};  // the search refers to it
+        detail::LineSearch<decltype(problem)> line(problem, layers, limits);
         const bool is_accepted = line.run(10);
         return Found{is_accepted, vectors.numbers(layers.trial)[0], vectors.numbers(0)[0], line.cuts};
     };
