@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""benchmarks/plots.py [RESULTS.json [FOLDER]]: draws benchmarks/plots/*.png; benchmarks/plot.sh starts it.
+"""benchmarks/plots.py [RESULTS.json [FOLDER]]: draws benchmarks/plots/*.png; benchmarks/plot.sh starts it. A picture
+whose benchmarks were not run is left as it is.
 
 Roofs: roof/fma over the operations of a particle-step (counted by running the stages with a counting scalar), and
 roof/stream over the bytes that it must read and write.
 """
+import math
 import re
 import sys
 from pathlib import Path
@@ -37,6 +39,12 @@ class Measured:
         found = [(of["particles"], of["particles"] / of["particle_steps_per_second"])
                  for name, of in self.numbers.items()
                  if re.fullmatch(rf"step/two_cubes(_\d+[km]?)?/coloured/threads:{threads}", name)]
+        return sorted(found)
+
+    def stiffnesses(self, integration):
+        """(Young's modulus, seconds of CPU time for a second of motion) of the stiff jelly, rising."""
+        found = [(of["young"], of["cpu_seconds_per_second"]) for name, of in self.numbers.items()
+                 if re.fullmatch(rf"motion/stiff_jelly_[^/]+/{integration}/threads:1", name)]
         return sorted(found)
 
     def arithmetic_roof(self, threads):
@@ -127,14 +135,46 @@ def scenes(measured, file):
     finish(figure, file, measured)
 
 
+def crossing(first, second):
+    """(x, y) where two curves over the same x first cross; None where they do not. Both are straight between points in
+    logarithms."""
+    points = [(math.log(x), math.log(a), math.log(b)) for (x, a), (_, b) in zip(first, second)]
+    for (x, a, b), (x_next, a_next, b_next) in zip(points, points[1:]):
+        if (a - b) * (a_next - b_next) < 0:
+            part = (a - b) / ((a - b) - (a_next - b_next))
+            return math.exp(x + part * (x_next - x)), math.exp(a + part * (a_next - a))
+    return None
+
+
+def stiffness(measured, file):
+    curves = {name: measured.stiffnesses(name) for name in ("explicit", "implicit")}
+    figure, axes = plt.subplots(figsize=(6.4, 3.8))
+    for colour, style, (name, curve), label in zip(colours, ("s-", "o-"), curves.items(),
+                                                   ("explicit steps", "implicit steps, half a cell each")):
+        axes.plot(*zip(*curve), style, ms=4, color=colour, label=label)
+    if place := crossing(*curves.values()):
+        axes.plot(*place, "x", ms=9, mew=2, color="black", zorder=3)
+        axes.axvline(place[0], ls=":", lw=1, color="black")
+        exponent = math.floor(math.log10(place[0]))
+        axes.annotate(rf"$E = {place[0] / 10 ** exponent:.1f} \times 10^{{{exponent}}}$ Pa", place, (8, -24),
+                      textcoords="offset points")
+    axes.set(xscale="log", yscale="log", xlabel="Young's modulus [Pa]",
+             ylabel="CPU time of a second of motion [s]", title="A jelly of 1,600 particles falls onto a floor")
+    axes.legend(fontsize=8)
+    finish(figure, file, measured)
+
+
 def main():
     folder = Path(sys.argv[2]) if len(sys.argv) > 2 else results.root / "benchmarks/plots"
     folder.mkdir(parents=True, exist_ok=True)
     mpi.model.draw(plt, colours, folder / "ranks.png")
     measured = Measured(sys.argv[1] if len(sys.argv) > 1 else results.folder / "results.json")
-    particles(measured, folder / "particles.png")
-    threads(measured, folder / "threads.png")
-    scenes(measured, folder / "scenes.png")
+    if measured.steps("two_cubes/coloured"):
+        particles(measured, folder / "particles.png")
+        threads(measured, folder / "threads.png")
+        scenes(measured, folder / "scenes.png")
+    if measured.stiffnesses("explicit") and measured.stiffnesses("implicit"):
+        stiffness(measured, folder / "stiffness.png")
 
 
 if __name__ == "__main__":
