@@ -8,14 +8,18 @@
 /// jacobi; degree=2 (of the smoother), range=8, first=8, coarsest=40, safety=1.15 (see MultigridRule); threshold=0.1
 /// (part of the largest node's volume below which nodes follow others); tolerance=1e-8; inertia=0 (a step of so many
 /// seconds); threads=1; behind=held or mirrored (how nodes behind walls move).
+///
+/// newton=1 counts no iterations: it prints the residuals of the Newton steps of one load step of five scenes, with
+/// exact linear solves, and the order at which they fall. CELLS (32) are those of the scenes' heights; the cantilever
+/// has a quarter.
 #include <firn/firn.hpp>
-#include <firn/implicit/multigrid.hpp>
-#include <firn/implicit/step_problem.hpp>
+#include <firn/implicit.hpp>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -26,7 +30,7 @@ using namespace firn;
 std::map<std::string, std::string> option{
     {"scene", "block"}, {"dimension", "2"},   {"form", "quadratic"}, {"with", "multigrid"}, {"degree", "2"},
     {"range", "8"},     {"threshold", "0.1"}, {"tolerance", "1e-8"}, {"inertia", "0"},      {"threads", "1"},
-    {"first", "8"},     {"coarsest", "40"},   {"safety", "1.15"},    {"behind", "held"}};
+    {"first", "8"},     {"coarsest", "40"},   {"safety", "1.15"},    {"behind", "held"},    {"newton", "0"}};
 double number(const char* name) { return std::atof(option.at(name).c_str()); }
 
 double now() {
@@ -175,6 +179,92 @@ void choose(int cells) {
     solve<QuadraticBSpline, WeightGradientForce, double, D>(cells);
 }
 
+/// Matter at rest that gravity loads in one step, from no load at all.
+struct Load {
+    const char* name;
+    Vec<double, 2> size;    ///< of the box that the matter is cut from [m]
+    int cells;              ///< along the height of the box
+    bool is_slope = false;  ///< Surface and particles are ragged, and slip walls hold the sides.
+    int held = 1;           ///< The matter sticks to a wall before this axis.
+};
+
+/// Prints numbers, and the order at which they fall: log(r₃/r₂)/log(r₂/r₁) of each three that follow each other.
+void print_orders(const char* name, const std::vector<double>& r) {
+    std::printf("  %s:", name);
+    for (const double one : r) std::printf(" %.1e", one);
+    std::printf("; orders:");
+    for (std::size_t k = 2; k < r.size(); ++k)
+        std::printf(" %.2f", std::log(r[k] / r[k - 1]) / std::log(r[k - 1] / r[k - 2]));
+    std::printf("\n");
+}
+/// Takes a load step, and prints the residuals of its Newton steps; of matter with a potential Φ, that, too.
+template <class Material, class... Policies>
+void load_step(const Load& of, const Material& material, const Policies&... policies) {
+    const double h = of.size[1] / of.cells;
+    const Vec<double, 2> room = Vec<double, 2>::filled(of.is_slope ? 8 * h : of.size[0]);
+    const Vec<double, 2> low = Vec<double, 2>::filled(-1) * room[0], high = of.size + room;
+    auto walls = Walls<double, 2>::all(low, high, {Contact::none, 0});
+    if (of.is_slope) walls = Walls<double, 2>::all({0, 0}, {of.size[0], high[1]}, {Contact::slip, 0});
+    walls.lower[of.held] = 0;
+    walls.at_lower[std::size_t(of.held)].contact = Contact::stick;
+    Simulation simulation(Domain<2>{low, high, h}, material, walls, WeightGradientForce{}, Coloured{1}, QuasiStatic{},
+                          policies...);
+    simulation.warn = {};
+    SamplingOptions how{.spacing = h / 2};
+    if (of.is_slope) how.pattern = Pattern::jittered, how.jitter = 0.25;
+    auto samples = sample_box<2>({0, 0}, of.size, how);
+    if (of.is_slope) std::erase_if(samples.positions, [](const auto& x) { return x[1] >= surface(x[0]); });
+    simulation.add(samples, 1000);
+
+    auto& time = simulation.integration;
+    time.most_halvings = 0;
+    time.newton = {.tolerance = 1e-12, .forcing = 1e-9, .solver_iterations = 20'000, .restart = 200};
+    // A step that is not solved leaves the particles as they are: so Φ is found after one Newton step, two, …
+    const NewtonReport& report = simulation.solution.newton;
+    std::vector<double> energies;
+    for (time.newton.iterations = 1; time.newton.iterations <= 100; ++time.newton.iterations) {
+        try {
+            simulation.advance(1);
+        } catch (const convergence_error&) {
+        }
+        energies.push_back(report.last.energy);
+        if (report.end != NewtonEnd::too_many_steps) break;
+    }
+    std::printf("%s, %zu particles: %s, moves by %.2g cells, %d products\n", of.name, simulation.particles().size(),
+                report.has_converged ? "converged" : "NOT converged", simulation.solution.largest_motion,
+                report.products);
+    print_orders("residuals", report.residuals);
+    if constexpr (has_potential<Material, 2> && sizeof...(Policies) == 0) {
+        const double least = energies.back(), rounding = 64 * std::numeric_limits<double>::epsilon() * std::abs(least);
+        std::erase_if(energies, [&](double energy) { return energy - least <= rounding; });
+        for (double& energy : energies) energy -= least;
+        print_orders("energies above the last [J]", energies);
+    }
+    if constexpr (requires { simulation.particles().state(0).plastic_strain; }) {
+        const auto& particles = simulation.particles();
+        std::size_t flowing = 0;
+        double largest = 0;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const double strain = particles.state(slot).plastic_strain;
+            flowing += strain > 0, largest = std::max(largest, strain);
+        }
+        std::printf("  %zu particles have flowed, by %.1e at most\n", flowing, largest);
+    }
+    std::fflush(stdout);
+}
+
+void newton_steps(int cells) {
+    load_step({"elastic block", {1, 1}, cells}, FixedCorotated<double>::from_young_poisson(1e5, 0.3));
+    load_step({.name = "cantilever", .size = {1, 1.0 / 16}, .cells = cells / 4, .held = 0},
+              FixedCorotated<double>::from_young_poisson(4e6, 0.3));
+    load_step({"F-bar", {1, 1}, cells}, FixedCorotated<double>::from_young_poisson(5e4, 0.49), FBar{});
+    load_step({"von Mises", {1, 1}, cells},
+              VonMises<double>::from_properties({.young = 1e6, .poisson = 0.3, .yield_stress = 3e3, .hardening = 1e5}));
+    load_step({.name = "sand", .size = {1, 0.5}, .cells = cells, .is_slope = true},
+              Sand<double>::from_properties({.young = 1e6, .friction_angle = degrees(40)}));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -190,6 +280,7 @@ int main(int argc, char** argv) {
             option[text.substr(0, at)] = text.substr(at + 1);
     }
     const int dimension = int(number("dimension"));
+    if (number("newton") != 0) return newton_steps(cells.empty() ? 32 : cells.front()), 0;
     if (cells.empty()) cells = dimension == 2 ? std::vector{32, 64, 128} : std::vector{16, 32};
     for (const int n : cells) dimension == 2 ? choose<2>(n) : choose<3>(n);
 }
