@@ -48,8 +48,9 @@ Walls<double, D> mirrored_at_0(const Domain<D>& domain, std::initializer_list<in
 template <int D, class... Policies>
 auto on_floor(int planes_of_symmetry, const Policies&... policies) {
     const double h = 0.05;
-    Vec<double, D> low = Vec<double, D>::filled(-0.2), high = Vec<double, D>::filled(0.2);
-    low[1] = 0, high[1] = 0.225;
+    const double half = D == 2 ? 0.2 : 0.1;
+    Vec<double, D> low = Vec<double, D>::filled(-half), high = Vec<double, D>::filled(half);
+    low[1] = 0, high[1] = half + 0.025;
     if (planes_of_symmetry > 0) low[0] = 0;
     if (planes_of_symmetry > 1) low[D - 1] = 0;
     const Domain<D> domain(Vec<double, D>::filled(-0.6), Vec<double, D>::filled(0.6), h);

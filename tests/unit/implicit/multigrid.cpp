@@ -154,9 +154,9 @@ TEMPLATE_TEST_CASE_SIG("Coarse matrices are those of the Hessian, weighted", "[i
     const int n = D == 2 ? 16 : 6;  // dense blocks and sparse ones
     using Solid = NeoHookean<double>;
     check_levels(Block<QuadraticBSpline, WeightGradientForce, Solid, D>({}, 0.1, n, 6.1));
-    check_levels(Block<QuadraticBSpline, MlsForce, Solid, D>({}, 0.1, n, 6.1), 0.01);
     check_levels(Block<QuadraticBSpline, WeightGradientForce, Solid, D>({}, 0.1, n, 6.1), 0.01, NodesBehind::mirrored);
     if (D == 3) return;
+    check_levels(Block<QuadraticBSpline, MlsForce, Solid, D>({}, 0.1, n, 6.1), 0.01);
     check_levels(Block<CubicBSpline, MlsForce, Hencky<double>, D>({}, 0.1, n, 6.1));
     check_levels(Block<CubicBSpline, MlsForce, Solid, D>({}, 0.1, n, 6.1), 0, NodesBehind::mirrored);
     // Plastic flow: the matrix is not symmetric.

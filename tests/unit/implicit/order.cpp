@@ -16,15 +16,15 @@ template <class Time>
 Vec<double, 2> quarter_period(int steps) {
     constexpr int n = 16;
     const double h = 1.0 / n, speed = 10, period = 4 / speed, wave = std::numbers::pi / 2, amplitude = 0.01 * h;
-    const Domain<2> domain({-4 * h, -4 * h}, {1 + 8 * h, 8 * h}, h);
-    auto walls = Walls<double, 2>::all({0, 0}, {1 + 8 * h, 4 * h}, {Contact::slip, 0});
+    const Domain<2> domain({-4 * h, -4 * h}, {1 + 8 * h, 6 * h}, h);
+    auto walls = Walls<double, 2>::all({0, 0}, {1 + 8 * h, 2 * h}, {Contact::slip, 0});
     walls.at_lower[0].contact = Contact::stick;
     walls.at_upper[0].contact = Contact::none;
     Simulation bar(domain, Hencky<double>::from_young_poisson(speed * speed * 1000, 0), walls, WeightGradientForce{},
                    Time{}, Flip<double>{1});
     bar.warn = {};
     bar.gravity = {};
-    bar.add(sample_box<2>({0, 0}, {1, 4 * h}, {.spacing = h / 2}), 1000);
+    bar.add(sample_box<2>({0, 0}, {1, 2 * h}, {.spacing = h / 2}), 1000);
     auto& particles = bar.edit_particles();
     std::vector<double> X(particles.size());
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
