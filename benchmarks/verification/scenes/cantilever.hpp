@@ -4,6 +4,8 @@
 
 #include <firn/firn.hpp>
 
+#include "load_steps.hpp"
+
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -92,12 +94,13 @@ inline std::vector<double> elastica(double weight) {
     return down;
 }
 
-template <class Transfer, class Force, class Kernel>
+/// \tparam Time  firn::Explicit, or firn::QuasiStatic: then the beam comes to rest by load steps
+template <class Transfer, class Force, class Kernel, class Time = firn::Explicit>
 struct Cantilever {
     using Theory = BeamTheory;
     using Field = firn::Damped<double, 2>;
 
-    firn::Simulation<2, firn::FixedCorotated<double>, Transfer, Force, Kernel> simulation;
+    firn::SimulationWith<2, firn::FixedCorotated<double>, Transfer, Force, Kernel, Time> simulation;
     std::vector<firn::Vec<double, 2>> X;  ///< of each particle at first, by its id; the beam's axis is y = 0
     double h;
 
@@ -127,8 +130,10 @@ struct Cantilever {
         return sum;
     }
     /// Under gravity, or a multiple of it, until it rests: with critical damping of the first mode, of whose motion
-    /// (1 + 2πn) e^{−2πn} is left after n periods.
-    void settle(double weight = 1, double periods = 2.5) {
+    /// (1 + 2πn) e^{−2πn} is left after n periods; or by load steps, and one more.
+    void settle(double weight = 1, double periods = 2.5, int load_steps = 1) {
+        if constexpr (takes_load_steps<decltype(simulation)>)
+            return load(simulation, {0.0, -weight * Theory::gravity}, load_steps, 1);
         const double rate = 4 * std::numbers::pi / Theory::period();
         simulation.advance(periods * Theory::period(), Field{{{0.0, -weight * Theory::gravity}}, rate});
     }

@@ -7,9 +7,11 @@
 
 #include <firn/firn.hpp>
 
+#include "load_steps.hpp"
 #include "sides.hpp"
 
 #include <cmath>
+#include <concepts>
 #include <numbers>
 #include <vector>
 
@@ -32,11 +34,12 @@ struct ColumnErrors {
     double across = 0;        ///< the largest |σ_xx| over ρ g H
 };
 
-template <class S, class Force, class Kernel>
+/// \tparam Time  firn::Explicit, or firn::QuasiStatic: then the column comes to rest by load steps
+template <class S, class Force, class Kernel, class Time = firn::Explicit>
 struct Column {
     static constexpr double height = 0.1, density = 1800, g = 9.81, pressure = density * g * height;
 
-    firn::Simulation<2, firn::FixedCorotated<S>, firn::Apic, Force, Kernel> simulation;
+    firn::SimulationWith<2, firn::FixedCorotated<S>, Force, Kernel, Time> simulation;
     double young;
 
     /// \param floor  its contact, and the nodes behind floor and sides, which slip
@@ -45,7 +48,7 @@ struct Column {
           young(young_) {
         auto& boundary = simulation.boundary;
         boundary.at_lower = {firn::Wall{firn::Contact::slip}, firn::Wall{floor.contact}};
-        boundary.at_upper[0] = {firn::Contact::slip};
+        boundary.at_upper = {firn::Wall{firn::Contact::slip}, firn::Wall{firn::Contact::none}};
         boundary.nodes_behind = floor.nodes_behind;
         const auto samples =
             firn::sample_box<2>({0.0, 0.0}, {width(floor) * h, height}, {.spacing = h / particles_a_cell_and_axis});
@@ -57,8 +60,12 @@ struct Column {
     double displacement(double Y) const { return -density * g / young * (height * Y - Y * Y / 2); }
 
     /// For as many periods of the first mode, T = 4 H/c, damped critically in that mode. A mode falls by e^{−2π} a
-    /// period.
-    void settle(double periods) {
+    /// period. Or by load steps, and one more.
+    void settle(double periods, int load_steps = 1) {
+        if constexpr (takes_load_steps<decltype(simulation)>) {
+            simulation.reactions.emplace();
+            return load(simulation, {0.0, -g}, load_steps, 1, std::same_as<S, float> ? 1e-4 : 1e-9);
+        }
         const double c = std::sqrt(young / density);
         firn::Damped<double, 2> field{{{0.0, -g}}, std::numbers::pi * c / height};
         simulation.reactions.emplace();

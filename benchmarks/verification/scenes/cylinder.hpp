@@ -4,8 +4,12 @@
 
 #include <firn/firn.hpp>
 
+#include "load_steps.hpp"
+
 #include <cmath>
 #include <numbers>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
 namespace verification {
@@ -19,13 +23,36 @@ struct CylinderRing {
     double scatter = 0;           ///< standard deviation of (σ_rr + σ_θθ)/2 over the ring [Pa]
 };
 
-/// \tparam Policies  transfer, force form and whatever else the simulation is to have
+/// A boundary: nodes on the axes of coordinates keep to them, as those of a body do that has them as lines of symmetry.
+template <firn::scalar S, int D>
+struct SymmetricAxes {
+    S nearest = S(1e-6);  ///< nodes as near are on an axis [m]
+
+    static constexpr const char* name = "symmetric_axes";
+    static constexpr auto parameters() { return std::tuple{firn::parameter{"nearest", "m", &SymmetricAxes::nearest}}; }
+    firn::Vec<S, D> velocity(const firn::Vec<S, D>& x, const firn::Vec<S, D>& v) const {
+        firn::Vec<S, D> along = v;
+        for (int a = 0; a < D; ++a) along[a] = firn::select(firn::abs(x[a]) < nearest, S(0), v[a]);
+        return along;
+    }
+    bool reaches(const firn::Vec<double, D>& low, const firn::Vec<double, D>& high) const {
+        bool across = false;
+        for (int a = 0; a < D; ++a) across = across || (low[a] < double(nearest) && high[a] > -double(nearest));
+        return across;
+    }
+};
+
+/// \tparam Policies  transfer, force form and whatever else the simulation is to have; with firn::QuasiStatic, the
+///                   cylinder comes to rest by load steps, in which its axes of symmetry hold it
 template <class... Policies>
 struct ThickCylinder {
     using Vector = firn::Vec<double, 2>;
     static constexpr double inner = 1, outer = 2, young = 1e6, density = 1000, pressure = 1e-3 * young;
 
-    firn::SimulationWith<2, firn::FixedCorotated<double>, Policies...> simulation;
+    using Free = firn::SimulationWith<2, firn::FixedCorotated<double>, Policies...>;
+    using Held = firn::SimulationWith<2, firn::FixedCorotated<double>, SymmetricAxes<double, 2>, Policies...>;
+    using Simulation = std::conditional_t<takes_load_steps<Free>, Held, Free>;
+    Simulation simulation;
     double poisson;
     std::vector<double> R;      ///< radius of each particle at first, by its id [m]
     std::vector<double> radii;  ///< of the rings [m]
@@ -37,8 +64,9 @@ struct ThickCylinder {
           poisson(nu) {
         simulation.gravity = {0.0, 0.0};
         simulation.execution.threads = 1;
-        for (auto* walls : {&simulation.boundary.at_lower, &simulation.boundary.at_upper})
-            walls->fill({firn::Contact::none, 0});
+        if constexpr (!takes_load_steps<Free>)
+            for (auto* walls : {&simulation.boundary.at_lower, &simulation.boundary.at_upper})
+                walls->fill({firn::Contact::none, 0});
         const int rings = 2 * cells_a_metre;
         const double apart = (outer - inner) / rings;
         for (int k = 0; k < rings; ++k) {
@@ -55,8 +83,9 @@ struct ThickCylinder {
             const firn::Body body = simulation.add(ring, density);
             const double force = 2 * std::numbers::pi * inner * pressure / count;
             if (k == 0)
-                simulation.add_load(body,
-                                    [force](const Vector& x, double) { return Vector(x * (force / firn::norm(x))); });
+                simulation.add_load(body, [force](const Vector& x, double time) {
+                    return Vector(x * (force * part_of_load<Simulation>(time) / firn::norm(x)));
+                });
         }
     }
 
@@ -68,8 +97,10 @@ struct ThickCylinder {
         return pressure * inner * inner / (outer * outer - inner * inner) * (1 - outer * outer / (r * r));
     }
 
-    /// Two periods of breathing, u ~ 1/r: ω² = 3/2 μ/ρ / ln 2 without volume change; critically damped.
-    void settle(double periods = 2) {
+    /// Two periods of breathing, u ~ 1/r: ω² = 3/2 μ/ρ / ln 2 without volume change; critically damped. Or by load
+    /// steps.
+    void settle(double periods = 2, int load_steps = 1) {
+        if constexpr (takes_load_steps<Simulation>) return load(simulation, load_steps);
         const double omega = std::sqrt(1.5 * simulation.material().mu / density / std::numbers::ln2);
         simulation.advance(periods * 2 * std::numbers::pi / omega, firn::Damped<double, 2>{{{0.0, 0.0}}, 2 * omega});
     }

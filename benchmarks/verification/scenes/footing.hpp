@@ -4,6 +4,8 @@
 
 #include <firn/firn.hpp>
 
+#include "load_steps.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -77,7 +79,8 @@ struct Footing {
     static constexpr double young = 1e7, poisson = 0.49, density = 1000, settlement = 0.02 * width;
     static constexpr double limit = 2 + std::numbers::pi;  ///< load over c_u [1]
 
-    firn::SimulationWith<2, firn::VonMises<double>, Boundary, Policies...> simulation;
+    using Simulation = firn::SimulationWith<2, firn::VonMises<double>, Boundary, Policies...>;
+    Simulation simulation;
     std::vector<double> sunk, load;  ///< settlement [m], and mean pressure under the strip over c_u [1]
 
     /// The right half: a plane of symmetry at x = 0; soil sticks to the base, y = −5 B, and slips at x = 5 B. The nodes
@@ -97,6 +100,7 @@ struct Footing {
         strip.upper = {width / 2 + 0.01 * h, far};
         base.lower = {-far, -far};
         base.upper = {far, -depth + 0.01 * h};
+        simulation.gravity = {0.0, 0.0};
         simulation.reactions.emplace();
         simulation.add(firn::sample_box<2>({0.0, -depth}, {depth, 0.0}, {.spacing = h / 2}), density);
     }
@@ -129,6 +133,17 @@ struct Footing {
                 impulse = 0;
                 began = simulation.time();
             }
+        }
+    }
+    /// Pushes it in by load steps of the same settlement. With a hundredth of the tolerance of Newton's method, the
+    /// load differs by 2e-4.
+    void push_by_load_steps(int steps) {
+        std::get<2>(simulation.boundary.parts).speed = settlement / steps;
+        for (int k = 1; k <= steps; ++k) {
+            simulation.advance(1);
+            sunk.push_back(settlement * k / steps);
+            load.push_back(-simulation.reactions->parts[1].impulse[1] / simulation.last_time_step() / (width / 2) /
+                           strength);
         }
     }
     /// Mean over the last fiftieth of the settlement [c_u].
