@@ -321,15 +321,19 @@ private:
             }
     }
     bool factor(const Level& level) {
-        std::vector<double> matrix = level.dense();
+        const std::vector<double> matrix = level.dense();
         const std::size_t n = level.size() * std::size_t(D);
-        // Coarse nodes by which few fine nodes move can depend on each other: pivots are then zero but for rounding.
-        const double more = sizeof(S) == 4 ? 1e-5 : 1e-10;
-        for (std::size_t i = 0; i < n; ++i) {
-            double& number = matrix[i * n + i];
-            number = number == 0 ? 1 : number * (1 + more);
+        // Coarse nodes by which few fine nodes move can depend on each other: pivots are then zero but for rounding, or
+        // negative, as matter under pressure has less stiffness. A larger diagonal mends both.
+        for (double more = sizeof(S) == 4 ? 1e-5 : 1e-10; more < 1e-2; more *= 10) {
+            std::vector<double> raised = matrix;
+            for (std::size_t i = 0; i < n; ++i) {
+                double& number = raised[i * n + i];
+                number = number == 0 ? 1 : number * (1 + more);
+            }
+            if (direct_.factor(n, std::move(raised), Potential::is_symmetric)) return true;
         }
-        return direct_.factor(n, std::move(matrix), Potential::is_symmetric);
+        return false;
     }
 
     // The cycle.
