@@ -1,6 +1,8 @@
 /// \file Scenes that come to rest by explicit steps and by load steps, side by side in the report.
 #pragma once
 
+#include <firn/implicit.hpp>
+
 #include "case.hpp"
 #include "scenes/load_steps.hpp"
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <firn/firn.hpp>
-#include <firn/implicit.hpp>
 
 #include <algorithm>
 #include <ctime>
