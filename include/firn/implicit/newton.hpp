@@ -117,11 +117,14 @@ public:
 
     /// Searches for a smaller Φ. \param energy  Φ at the start;  \param slope  the derivative of Φ along the step,
     /// negative
+    /// \param is_negative  whether the step goes along negative curvature: then Φ must fall by more than rounding,
+    /// which
+    ///                     makes curvatures negative, too
     /// \return  whether a trial was accepted
-    bool run(double energy, double slope) {
+    bool run(double energy, double slope, bool is_negative) {
         // Rounding of the energies of particles hides smaller changes.
-        const double room =
-            64 * double(std::numeric_limits<typename Problem::scalar_type>::epsilon()) * std::abs(energy);
+        const double room = (is_negative ? -64 : 64) *
+                            double(std::numeric_limits<typename Problem::scalar_type>::epsilon()) * std::abs(energy);
         double part = 1;
         for (cuts = 0; cuts <= limits_.cuts; ++cuts, part /= 2) {
             displace(part);
@@ -243,18 +246,21 @@ NewtonReport newton(Problem& problem, const NewtonLayers& layers, const NewtonLi
         const SolverReport solved = detail::solve(
             problem, layers, limits, std::max(std::min(forcing, residual), limits.least_forcing), preconditioner);
         report.products += solved.iterations;
-        if (solved.has_found_negative) {
+        const bool is_negative = solved.has_found_negative;
+        if (is_negative) {
             if (++report.negative >= limits.negative) return failed(NewtonEnd::negative_curvature);
+            vectors.copy(z, x);  // the step before it goes along negative curvature
             detail::step_to_radius(problem, layers.solver, limits.radius * h);
         }
         detail::LineSearch<Problem> search(problem, layers, limits);
         bool is_accepted = false;
         if constexpr (Problem::is_symmetric) {
-            const double slope = -vectors.dot(layers.trial, x);
-            is_accepted = slope < 0 && search.run(report.last.energy, slope);
+            const double energy = report.last.energy, slope = -vectors.dot(layers.trial, x),
+                         before = is_negative ? -vectors.dot(layers.trial, z) : slope;
+            is_accepted = slope < 0 && search.run(energy, slope, is_negative);
+            if (!is_accepted && is_negative) vectors.copy(x, z);
             // Rounding hides what so small a step changes of the energy; the gradient still tells.
-            if (!is_accepted && slope < 0 && -slope < 1e-8 * std::abs(report.last.energy))
-                is_accepted = search.run(gradient);
+            if (!is_accepted && before < 0 && -before < 1e-8 * std::abs(energy)) is_accepted = search.run(gradient);
         } else {
             is_accepted = search.run(gradient);
         }
