@@ -104,8 +104,8 @@ bool block_holds(double angle) {
     }
 }
 
-//! Sand and other matter that flows is solved for, too, by a method that needs no energy (GMRES). It takes many more
-//! products, more with finer grids, and where much of it flows a step may end in the error.
+//! Sand and other matter that flows is solved for, too, by a method that needs no energy (GMRES). Where little of it flows
+//! that takes as few products; near failure it takes many more, and a step may end in the error.
 //!
 //! The same is true of a body that nothing holds, and of matter without stiffness, such as a fluid. Hold it, or take
 //! firn::Implicit: inertia is what holds it then.
@@ -189,7 +189,7 @@ int main() {
 //! With firn::FBar, matter near ν = ½ and plastic flow do not lock. In steps of any size, it is the volume change
 //! det(I + ∇u) that is averaged, not the trace of ∇u (firn::FBarOfStep); forces are those of explicit steps, so both come
 //! to rest at the same place. Their Hessian is not symmetric then, so GMRES solves; a block of 64² cells took 18, 108, 252
-//! and 1511 products for a load step to 1e-8, with ν = 0.3, 0.49, 0.499 and 0.4999.
+//! and 1468 products for a load step to 1e-8, with ν = 0.3, 0.49, 0.499 and 0.4999.
 //!
 //! ## What they refuse
 //!
