@@ -6,8 +6,7 @@
 #include <firn/implicit/matrices.hpp>
 #include <firn/implicit/response.hpp>
 #include <firn/loops/gather.hpp>
-#include <firn/loops/volume_filter.hpp>
-#include <firn/volumetric/own_volume.hpp>
+#include <firn/loops/volume_passes.hpp>
 
 #include <bit>
 #include <cstdint>
@@ -73,27 +72,27 @@ public:
         std::vector<GroupReport> reports(set_.partition.groups.size());
         const auto change_of_volume = [](const Slots&, const Mat<P, D>& own)
                                           FIRN_LAMBDA { return rate_to_average<Volume>(own, P(1)); };
-        for_gradients(grid, layer, threads, gradients, change_of_volume,
-                      [&](std::size_t g, const Slots& slots, const Mat<P, D>& gathered, const P& average) FIRN_LAMBDA {
-                          const auto real = is_real(slots);
-                          auto regular = volume_factor(gathered) > P(0);
-                          if constexpr (Volume::averages_volume) regular = regular & (average > P(-1));
-                          reports[g].see(slots, lane_bits(real & !regular));
-                          const Mat<P, D> own = select(real & regular, gathered, Mat<P, D>::zero());
-                          const P around = select(real & regular, average, P(0));
-                          const P volume = select(real, set_.view.volume.template load_or_zero<P>(slots, 0), P(0));
-                          const auto after = after_displacement(material_, load_state<State>(set_.view.state, slots),
-                                                                of_matter(own, around), P(S(dt)));
-                          if constexpr (has_potential<Material, D>)
-                              add_lanes(reports[g].energy,
-                                        select(real, volume * energy_density(material_, after.state), P(0)));
-                          const Mat<P, D> piola = piola_of_step(own, after.stress) * volume;
-                          unroll<D * D>([&](auto k) FIRN_LAMBDA {
-                              gradients.store(slots, k, own.m[k]);
-                              matrices.store(slots, k, select(real & regular, piola.m[k], P(0)));
-                          });
-                          if constexpr (Volume::averages_volume) averages.store(slots, 0, around);
-                      });
+        const auto strain = [&](std::size_t g, const Slots& slots, const Mat<P, D>& gathered,
+                                const P& average) FIRN_LAMBDA {
+            const auto real = is_real(slots);
+            auto regular = volume_factor(gathered) > P(0);
+            if constexpr (Volume::averages_volume) regular = regular & (average > P(-1));
+            reports[g].see(slots, lane_bits(real & !regular));
+            const Mat<P, D> own = select(real & regular, gathered, Mat<P, D>::zero());
+            const P around = select(real & regular, average, P(0));
+            const P volume = select(real, set_.view.volume.template load_or_zero<P>(slots, 0), P(0));
+            const auto after = after_displacement(material_, load_state<State>(set_.view.state, slots),
+                                                  of_matter(own, around), P(S(dt)));
+            if constexpr (has_potential<Material, D>)
+                add_lanes(reports[g].energy, select(real, volume * energy_density(material_, after.state), P(0)));
+            const Mat<P, D> piola = piola_of_step(own, after.stress) * volume;
+            unroll<D * D>([&](auto k) FIRN_LAMBDA {
+                gradients.store(slots, k, own.m[k]);
+                matrices.store(slots, k, select(real & regular, piola.m[k], P(0)));
+            });
+            if constexpr (Volume::averages_volume) averages.store(slots, 0, around);
+        };
+        for_gradients(grid, layer, threads, gradients, change_of_volume, strain);
         return joined(reports);
     }
 
@@ -116,8 +115,8 @@ public:
     }
 
     /// Returns the derivatives of the matrices V0 τ′ (I + ∇u)⁻ᵀ by each element of ∇u, for one register of particles
-    /// [J]: element k is that by the element m[k]. The average of FBar changes as the particle's own volume does. Call
-    /// displace() first. \param dt  as for displace()
+    /// [J]: element k is that by the element m[k]. The average of FBarOfStep changes as the particle's own volume does.
+    /// Call displace() first. \param dt  as for displace()
     FIRN_INLINE auto tangent(const Slots& slots, double dt) const {
         std::array<Mat<P, D>, std::size_t(D * D)> by;
         const P volume = set_.view.volume.template load_or_zero<P>(slots, 0);
@@ -176,7 +175,7 @@ private:
     FIRN_INLINE auto is_real(const Slots& slots) const {
         return set_.view.mass.template load_or_zero<P>(slots, 0) > P(0);
     }
-    /// Returns ∇u that strains the matter of particles. \param own  their ∇u;  \param average  that of FBar
+    /// Returns ∇u that strains the matter of particles. \param own  their ∇u;  \param average  that of FBarOfStep
     template <class T>
     FIRN_INLINE static Mat<T, D> of_matter(const Mat<T, D>& own, [[maybe_unused]] const T& average) {
         if constexpr (Volume::averages_volume)

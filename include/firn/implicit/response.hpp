@@ -17,8 +17,8 @@ inline constexpr bool has_potential = has_energy_density<Material, D> && !has_re
 
 /// Returns a particle's state and Kirchhoff stress τ′ [Pa] after a displacement of the nodes in a time of dt, return
 /// mapping included. It is what G2P computes from the velocity gradient ∇u/dt.
-/// \param gradient  ∇u [1], the gradient of the displacement u by the positions at the start of the step; its trace may
-///                  be an average. \see FBar
+/// \param gradient  ∇u [1], the gradient of the displacement u by the positions at the start of the step; its volume
+///                  change may be an average. \see FBarOfStep
 /// \param dt        time of the step [s]; 1 where time has no meaning
 template <class Material, class State, scalar S, int D>
 FIRN_INLINE StateAndStress<State, S, D> after_displacement(const Material& material, const State& before,
@@ -53,7 +53,8 @@ FIRN_INLINE S volume_factor(const Mat<S, D>& gradient) {
 /// \param material   with the scalar `dual<S>`
 /// \param before     the state at the start of the step, with the scalar S
 /// \param own        ∇u of the particle, by which nodes move around it, and its change [1]
-/// \param of_matter  ∇u that strains the particle's matter, and its change [1]: `own`, but for the average of FBar
+/// \param of_matter  ∇u that strains the particle's matter, and its change [1]: `own`, but for the average of
+///                   FBarOfStep
 /// \param dt         time of the step [s]
 template <class Material, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> piola_change(const Material& material, const State& before, const Mat<dual<S>, D>& own,

@@ -29,24 +29,6 @@ void for_registers(const ParticleSet<View>& set, int threads, const Body& body) 
         [&](std::size_t k, int) { body(Slots{k * lanes, set.partition.order.data() + k * lanes}); }, 256);
 }
 
-/// Averages numbers of the particles of one set at the nodes; the other sets are silent. Afterwards component 0 of
-/// every node holds Σ N w a / Σ N w, with the weights N of the particles at the node, and their numbers a (rate) and
-/// weights w (volume).
-template <class Kernel, class Execution, std::floating_point S, int D, class View>
-void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
-                      std::optional<FixedPointScale<S>>& scale, int threads, ParticleSets<RateView<View>> sets) {
-    std::swap(grid.last_scale, scale);
-    p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets);
-    std::swap(grid.last_scale, scale);
-    mirror_rates(threads, grid, mirrors);
-    for_nodes(grid, threads, [](S* node, std::size_t) {
-        native_pack<S> r[4];
-        load_quads(node, r);
-        r[0] = average_rate(r[0], r[node_mass]);
-        store_quads(r, node);
-    });
-}
-
 /// Interpolates component 0 of the nodes to the particles of a set.
 template <class Kernel, class View, class Field, std::floating_point S, int D>
 void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& number) {

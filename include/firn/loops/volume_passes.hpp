@@ -142,6 +142,35 @@ private:
     const View& view_;
 };
 
+namespace detail {
+
+/// Sums numbers of the particles of one set at the nodes; the other sets are silent. Afterwards every node holds Σ N w
+/// a as component 0 and Σ N w as its mass, with the weights N of the particles at the node, and their numbers a (rate)
+/// and weights w (volume).
+/// \param scale  the scale of the last fixed-point sums of this set
+template <class Kernel, class Execution, std::floating_point S, int D, class View>
+void sum_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+                  std::optional<FixedPointScale<S>>& scale, int threads, ParticleSets<RateView<View>> sets) {
+    std::swap(grid.last_scale, scale);
+    p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets);
+    std::swap(grid.last_scale, scale);
+    mirror_rates(threads, grid, mirrors);
+}
+/// As sum_at_nodes(), but component 0 is then the average Σ N w a / Σ N w.
+template <class Kernel, class Execution, std::floating_point S, int D, class View>
+void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+                      std::optional<FixedPointScale<S>>& scale, int threads, ParticleSets<RateView<View>> sets) {
+    sum_at_nodes<Kernel>(execution, grid, mirrors, scale, threads, sets);
+    for_nodes(grid, threads, [](S* node, std::size_t) {
+        native_pack<S> r[4];
+        load_quads(node, r);
+        r[0] = average_rate(r[0], r[node_mass]);
+        store_quads(r, node);
+    });
+}
+
+}  // namespace detail
+
 /// Averages the rates of volume change of the particles of set k, and puts the average of each node in place of its
 /// mass. The node velocities are kept. Call restore_masses() after the G2P of this set. Overwrites one layer of the
 /// grid that the transfer does not use.
@@ -166,11 +195,8 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
         for (const ParticleSet<View>& set : sets)
             all.push_back({{set.view.position, set.view.volume, rate, all.size() != k}, set.partition});
         grid.exchange(of_volumes, threads);  // the layer then holds the velocities and masses
-        std::swap(grid.last_scale, memory.scales[k]);
-        p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0,
-                                                                  ParticleSets<detail::RateView<View>>(all));
-        std::swap(grid.last_scale, memory.scales[k]);
-        detail::mirror_rates(threads, grid, mirrors);
+        detail::sum_at_nodes<Kernel>(execution, grid, mirrors, memory.scales[k], threads,
+                                     ParticleSets<detail::RateView<View>>(all));
         grid.exchange(of_volumes, threads);
         using P = native_pack<S>;
         detail::for_nodes(grid, threads, [sums = grid.layer(of_volumes)](S* node, std::size_t index) {
