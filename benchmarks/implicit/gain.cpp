@@ -10,6 +10,8 @@
 #include <firn/firn.hpp>
 #include <firn/implicit.hpp>
 
+#include "slope.hpp"
+
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -43,10 +45,7 @@ struct Scene {
         } else {
             domain = {{0, 0}, {1, 0.5}, h};
             samples = sample_box<2>({0, 0}, {1, 0.5}, {.spacing = h / 2, .pattern = Pattern::jittered, .jitter = 0.25});
-            std::erase_if(samples.positions, [](const Point& x) {
-                const double top = 0.427 - (x[0] - 0.317) * std::tan(degrees(35).in_radians());
-                return x[1] >= std::max(0.106, std::min(0.427, top));
-            });
+            std::erase_if(samples.positions, [](const Point& x) { return x[1] >= surface(x[0]); });
             walls = Walls<double, 2>::all(domain.lower, domain.upper, {Contact::slip, 0});
             walls.at_lower[1].contact = Contact::stick;
         }

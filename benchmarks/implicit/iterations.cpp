@@ -15,6 +15,8 @@
 #include <firn/firn.hpp>
 #include <firn/implicit.hpp>
 
+#include "slope.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -49,9 +51,6 @@ double time_of(const F& f) {
     }
     return best;
 }
-
-/// The height of the surface, the box being 1 long: a slope of 35°.
-double surface(double x) { return std::max(0.106, std::min(0.427, 0.427 - (x - 0.317) * 0.7002)); }
 
 template <class Kernel, class Force, class S, int D>
 void solve(int cells) {

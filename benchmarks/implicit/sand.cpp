@@ -10,6 +10,8 @@
 #include <firn/implicit/multigrid.hpp>
 #include <firn/implicit/newton.hpp>
 
+#include "slope.hpp"
+
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -24,12 +26,6 @@ using Force = WeightGradientForce;
 using Material = Sand<double>;
 
 double cpu() { return double(std::clock()) / CLOCKS_PER_SEC; }
-
-/// The height of the surface of a slope in a box of w × w/2.
-double surface(double x, double w) {
-    const double crest = 0.427 * w, toe = 0.106 * w;
-    return std::max(toe, std::min(crest, crest - (x - 0.317 * w) * std::tan(degrees(35).in_radians())));
-}
 
 }  // namespace
 
@@ -51,7 +47,7 @@ int main(int argc, char** argv) {
     for (const auto& x :
          sample_box<2>({0.0, 0.0}, {1.0, height}, {.spacing = h / 2, .pattern = Pattern::jittered, .jitter = 0.25})
              .positions)
-        if (x[1] < surface(x[0], 1))
+        if (x[1] < surface(x[0]))
             particles.push_back(x, Vec<double, 2>::zero(), 250 * h * h, h * h / 4, Material::state<2>{});
     const auto partition = sort_particles<Kernel>(particles, 1);
     SparseGrid<double, 2> grid(domain);
