@@ -58,6 +58,7 @@
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/no_stress.hpp>
 #include <firn/material/per_particle.hpp>
+#include <firn/material/plane_strain.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>

@@ -438,6 +438,7 @@ private:
         all_ranks.use_mirrors(now.mirrors.planes);
         now.is_uniform = detail::is_uniform<Acceleration>;
         now.in_float = dt.in_float;
+        now.start = this->now_.time;
         const auto update = [&] { return update_grid(now, acceleration); };
         const auto cause = [&] { return detail::likely_cause(grid_, dt, bound_.step, acceleration); };
         now.update_grid = std::ref(update);

@@ -142,7 +142,7 @@ public:
                 velocity = after.velocity, motion = after.motion;
             }
             const auto before_update = p.state;
-            if constexpr (has_returned_with_stress<Lifted, D>) {
+            if constexpr (has_stress_with_state<Lifted, D>) {
                 const auto after = updated_with_stress(material_, p.state, L, T(dt));
                 p.state = after.state, p.stress = after.stress;
             } else {

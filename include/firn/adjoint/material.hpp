@@ -102,6 +102,10 @@ FIRN_INLINE P contracted(const Mat<P, D>& A, const Mat<P, D>& B) {
 /// The way back of the update of a material and of its stress, for one register of particles.
 template <class Material, class P, int D, std::size_t N>
 class MaterialBack {
+    static_assert(!asks_surroundings<Material, D>,
+                  "firn: an Adjoint does not know the surroundings of particles, for which this material asks with a "
+                  "function at().");
+
     using T = traced<P>;
     using Field = BlockedSpan<value_type_t<P>>;
     using Lifted = with_scalar_t<Material, T>;
@@ -151,7 +155,7 @@ private:
         const State old = state_inputs<State>(fields_, slots, numbers);
         State state;
         Mat<T, D> stress;
-        if constexpr (has_returned_with_stress<Lifted, D>) {
+        if constexpr (has_stress_with_state<Lifted, D>) {
             const auto after = updated_with_stress(material_, old, L, T(dt));
             state = after.state;
             stress = after.stress;

@@ -48,9 +48,11 @@ Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>&
 }
 /// Returns the deformation gradients F [1]: a D² × n matrix with one column per particle, in the order of copy_of().
 /// Each F is stored column after column; `.col(i).reshaped(D, D)` is one F. The material's state must have a member F.
+/// In plane strain F is 3 × 3, so there are 9 rows.
 template <std::floating_point S, int D, class State>
-Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
-    return copy_of(particles, [&](std::size_t slot) { return Mat<S, D>(particles.state(slot).F); });
+auto copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
+    using F = matrix_of_t<decltype(State::F)>;
+    return copy_of(particles, [&](std::size_t slot) { return F(particles.state(slot).F); });
 }
 /// Returns the Kirchhoff stresses τ [Pa]: a D² × n matrix with one column per particle, in the order of copy_of(). Each
 /// τ is stored column after column.

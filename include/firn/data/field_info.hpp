@@ -35,8 +35,9 @@ FIRN_INLINE constexpr int symmetric_index(int i, int j) {
 /// @}
 
 /// The shape of a field in D dimensions: one number (scalar), D numbers (vector), a D × D matrix, or the upper triangle
-/// of a symmetric D × D matrix.
-enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
+/// of a symmetric D × D matrix; and in two dimensions the vectors and matrices of three (vector_3d, matrix_3d), which a
+/// material has in plane strain.
+enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix, vector_3d, matrix_3d };
 
 /// The type of a field's numbers. `real` is the particles' floating-point type.
 enum class FieldNumber : std::uint8_t { real, uint32, float64 };
@@ -86,6 +87,10 @@ struct FieldInfo {
                 return d * d;
             case FieldShape::symmetric_matrix:
                 return d * (d + 1) / 2;
+            case FieldShape::vector_3d:
+                return 3;
+            case FieldShape::matrix_3d:
+                return 9;
         }
         return 0;
     }
@@ -96,10 +101,12 @@ struct FieldInfo {
     }
     /// Returns whether the component with index k in a saved state is stored less 1. \param d  dimension of space
     constexpr bool is_less_one(int d, int k) const {
-        return less_one && (shape == FieldShape::scalar || k % (d + 1) == 0);
+        return less_one && (shape == FieldShape::scalar || k % (side(d) + 1) == 0);
     }
     /// Returns the number of components per particle that are stored less 1, in d dimensions.
-    constexpr int components_less_one(int d) const { return !less_one ? 0 : shape == FieldShape::scalar ? 1 : d; }
+    constexpr int components_less_one(int d) const { return !less_one ? 0 : shape == FieldShape::scalar ? 1 : side(d); }
+    /// Returns the number of rows of the field's matrices, in d dimensions of space.
+    constexpr int side(int d) const { return shape == FieldShape::matrix_3d ? 3 : d; }
     /// Returns the name of the field of a saved state that holds the remainders of the components that are stored less
     /// 1: what each rounded component, less 1, lacks of the stored number.
     std::string remainder_name() const { return std::string(name) + "_remainder"; }
@@ -108,7 +115,8 @@ struct FieldInfo {
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:
-                return k % d * d + k / d;
+            case FieldShape::matrix_3d:
+                return k % side(d) * side(d) + k / side(d);
             case FieldShape::symmetric_matrix:
                 return symmetric_index(d, k / d, k % d);
             default:

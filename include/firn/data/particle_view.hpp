@@ -222,6 +222,29 @@ struct Stored<VolumeRatio<P>> {
     }
 };
 
+/// The shape of a field whose values are of type T, in D dimensions.
+template <int D, class T>
+struct ShapeOf {
+    static_assert(
+        component_count<T> == 1,
+        "firn: a field of a material's state is a number, or a vector or matrix of D or of three dimensions.");
+    static constexpr FieldShape shape = FieldShape::scalar;
+};
+template <int D, class P, int N>
+struct ShapeOf<D, Vec<P, N>> {
+    static_assert(N == D || N == 3,
+                  "firn: a vector in a material's state has the dimension of space, or three dimensions.");
+    static constexpr FieldShape shape = N == D ? FieldShape::vector : FieldShape::vector_3d;
+};
+template <int D, class P, int N>
+struct ShapeOf<D, Mat<P, N>> {
+    static_assert(N == D || N == 3,
+                  "firn: a matrix in a material's state has the dimension of space, or three dimensions.");
+    static constexpr FieldShape shape = N == D ? FieldShape::matrix : FieldShape::matrix_3d;
+};
+template <int D, class P, int N>
+struct ShapeOf<D, DeformationGradient<P, N>> : ShapeOf<D, Mat<P, N>> {};
+
 /// Calls f(k) for each component k of a T that is stored less 1. D: dimension of space
 template <class T, class F>
 FIRN_INLINE void for_less_one(const F& f) {
@@ -271,12 +294,7 @@ void append_state_fields(FieldTable& table) {
             [[maybe_unused]] const auto append = [&](const auto& field) {
                 auto& member = start.*(field.member);
                 using Value = std::remove_cvref_t<decltype(member)>;
-                constexpr int components = component_count<Value>;
-                FieldInfo info{field.name, field.unit,
-                               components == 1   ? FieldShape::scalar
-                               : components == D ? FieldShape::vector
-                                                 : FieldShape::matrix,
-                               FieldRole::state};
+                FieldInfo info{field.name, field.unit, detail::ShapeOf<D, Value>::shape, FieldRole::state};
                 std::ranges::copy(detail::Stored<Value>::numbers(member), info.start.begin());
                 info.less_one = detail::Stored<Value>::less_one;
                 table.push_back(info);

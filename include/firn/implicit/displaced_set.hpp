@@ -6,6 +6,7 @@
 #include <firn/implicit/matrices.hpp>
 #include <firn/implicit/response.hpp>
 #include <firn/loops/gather.hpp>
+#include <firn/loops/surroundings.hpp>
 #include <firn/loops/volume_passes.hpp>
 
 #include <bit>
@@ -50,8 +51,14 @@ public:
     /// Takes the particles as they are at the start of the step. What `set` refers to must exist as long as this
     /// object.
     /// \param mirrors  the mirrored walls of the grid, beside which averages are mirrored, too
-    DisplacedSet(const ParticleSet<View>& set, const Material& material, const Mirrors& mirrors = {})
-        : set_(set), material_(lift<P>(material)), dual_(lift<dual<P>>(material)), mirrors_(mirrors) {}
+    /// \param domain, time  for a material that asks for surroundings; time of the start of the step [s]
+    DisplacedSet(const ParticleSet<View>& set, const Material& material, const Mirrors& mirrors = {},
+                 const Domain<D>& domain = {}, double time = 0)
+        : set_(set),
+          material_(lift<P>(material)),
+          dual_(lift<dual<P>>(material)),
+          mirrors_(mirrors),
+          around_(set_.view, set_.partition, domain, time) {}
 
     const ParticleSet<View>& particles() const { return set_; }  ///< The particles at the start of the step.
     /// The matrices that scatter_matrices() takes: what the last call of displace() or differentiate() has left.
@@ -81,10 +88,11 @@ public:
             const Mat<P, D> own = select(real & regular, gathered, Mat<P, D>::zero());
             const P around = select(real & regular, average, P(0));
             const P volume = select(real, set_.view.volume.template load_or_zero<P>(slots, 0), P(0));
-            const auto after = after_displacement(material_, load_state<State>(set_.view.state, slots),
+            const auto& material = detail::placed_in<D>(material_, around_, slots);
+            const auto after = after_displacement(material, load_state<State>(set_.view.state, slots),
                                                   of_matter(own, around), P(S(dt)));
             if constexpr (has_potential<Material, D>)
-                add_lanes(reports[g].energy, select(real, volume * energy_density(material_, after.state), P(0)));
+                add_lanes(reports[g].energy, select(real, volume * energy_density(material, after.state), P(0)));
             const Mat<P, D> piola = piola_of_step(own, after.stress) * volume;
             unroll<D * D>([&](auto k) FIRN_LAMBDA {
                 gradients.store(slots, k, own.m[k]);
@@ -196,7 +204,8 @@ private:
         dual<P> average(P(0));
         if constexpr (Volume::averages_volume)
             average = dual<P>{span(averages_, 1).template load<P>(slots, 0), change_of_average};
-        return piola_change(dual_, load_state<State>(set_.view.state, slots), own, of_matter(own, average), dt);
+        return piola_change(detail::placed_in<D>(dual_, around_, slots), load_state<State>(set_.view.state, slots), own,
+                            of_matter(own, average), dt);
     }
 
     /// Gathers the gradient of a layer of displacements: calls take(group, slots, ∇u, average) for each register of
@@ -257,6 +266,7 @@ private:
     Lifted material_;
     with_scalar_t<Material, dual<P>> dual_;
     Mirrors mirrors_;
+    [[no_unique_address]] detail::surroundings_for<Material, View> around_;
     aligned_vector<S> gradients_, matrices_;
     aligned_vector<S> rates_, averages_;  // of FBarOfStep: what is averaged, and the average at the displacement
 };

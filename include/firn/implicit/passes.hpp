@@ -163,7 +163,8 @@ private:
     static auto displaced(Set& set, const Now& now) {
         using View = decltype(set.particles.view());
         return DisplacedSet<Kernel, Force, View, std::remove_cvref_t<decltype(set.material)>, VolumeOfStep>(
-            ParticleSet<View>{set.particles.view(), set.partition}, set.material, now.mirrors);
+            ParticleSet<View>{set.particles.view(), set.partition}, set.material, now.mirrors, set.particles.domain(),
+            now.start);
     }
     static void g2p(Simulation& of, Now& now) {
         Base::gather_set(of, now, [&](auto& set) {

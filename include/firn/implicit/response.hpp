@@ -24,7 +24,7 @@ template <class Material, class State, scalar S, int D>
 FIRN_INLINE StateAndStress<State, S, D> after_displacement(const Material& material, const State& before,
                                                            const Mat<S, D>& gradient, const S& dt) {
     const Mat<S, D> rate = gradient * (S(1) / dt);
-    if constexpr (has_returned_with_stress<Material, D>) {
+    if constexpr (has_stress_with_state<Material, D>) {
         return updated_with_stress(material, before, rate, dt);
     } else {
         StateAndStress<State, S, D> after;

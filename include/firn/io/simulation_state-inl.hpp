@@ -18,17 +18,19 @@ namespace detail {
     parameters.push_back({group, name, unit, std::move(values)});
 }
 
-/// Returns the fields of a state: first the positions [m], then all fields of the particle store.
+/// Returns the fields of a state: first the positions [m], then all fields of the particle store, the remainders, and
+/// what the material computes for states.
 /// \param slots   slots of the particles in the particle store; the i-th value of each field belongs to the particle in
 ///                the slot slots[i]
 /// \param before  fields of an older state; the memory of these fields is reused
 template <class S, int D>
-std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
+std::vector<StateField<S>> fields_of(const SetOf<S, D>& set, const std::vector<std::uint32_t>& slots,
                                      std::vector<StateField<S>> before, int threads) {
+    const ParticleStore<S, D>& particles = set.store();
     const FieldTable& table = particles.table();
     std::size_t less_one = 0;
     for (const FieldInfo& info : table) less_one += info.less_one;
-    before.resize(1 + table.size() + less_one);
+    before.resize(1 + table.size() + less_one + set.outputs().size());
     const auto fill = [&](StateField<S>& field, const std::string& name, const char* unit, int components,
                           const auto& get) {
         field.name = name;
@@ -49,6 +51,12 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
         if (table[f].less_one)
             fill(before[next++], table[f].remainder_name(), table[f].unit, table[f].components_less_one(D),
                  [&](std::size_t slot, S* to) { particles.get_remainders(f, slot, to); });
+    for (std::size_t k = 0; k < set.outputs().size(); ++k)
+        fill(before[next++], set.outputs()[k].name, set.outputs()[k].unit, 1, [&](std::size_t slot, S* to) {
+            std::array<S, most_outputs> numbers;
+            set.output(slot, numbers.data());
+            *to = numbers[k];
+        });
     return before;
 }
 
@@ -131,7 +139,7 @@ void fill_state_of(const RunOf<S, D>& run, const SetOf<S, D>& set, PolicyFacts p
         if (whole) state.facets.insert(state.facets.end(), rows.begin(), rows.end());
     }
 
-    state.fields = fields_of(particles, slot_of, std::move(before.fields), threads);
+    state.fields = fields_of(set, slot_of, std::move(before.fields), threads);
 
     state.attributes = std::move(policies.attributes);
     for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));

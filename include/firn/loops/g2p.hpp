@@ -6,6 +6,7 @@
 #include <firn/loops/execution.hpp>
 #include <firn/loops/gather.hpp>
 #include <firn/loops/layers.hpp>
+#include <firn/loops/surroundings.hpp>
 #include <firn/loops/wrong_particles.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
@@ -74,6 +75,7 @@ public:
           partition_(partition),
           grid_(grid),
           positions_(grid.domain()),
+          surroundings_(grid.domain(), step.start),
           material_(lift<P>(material)),
           transfer_(lift<P>(transfer)),
           h_(S(grid.domain().cell_size)),
@@ -150,14 +152,18 @@ private:
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
 
+        const auto& material = placed<D>(material_, [&] {
+            return surroundings_(surroundings_.position(load_vector<P, D>(view.position, slots), block), taken.velocity,
+                                 mass, view.volume.template load<P>(slots, 0));
+        });
         LiftedState state = load_state<LiftedState>(view.state, slots);
         Mat<P, D> stress;
-        if constexpr (has_returned_with_stress<Lifted, D>) {
-            const auto after = updated_with_stress(material_, state, taken.velocity_gradient, P(dt_));
+        if constexpr (has_stress_with_state<Lifted, D>) {
+            const auto after = updated_with_stress(material, state, taken.velocity_gradient, P(dt_));
             state = after.state;
             stress = after.stress;
         } else {
-            state = updated(material_, state, taken.velocity_gradient, P(dt_));
+            state = updated(material, state, taken.velocity_gradient, P(dt_));
         }
         store_state(view.state, slots, state);
         if constexpr (Transfer::affine)
@@ -178,13 +184,12 @@ private:
         });
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         const P volume = view.volume.template load<P>(slots, 0);
-        const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
+        const P speed = signal_speed(material, v.velocity, mass, volume, state, P(h_));
         seen.speed = max(seen.speed, speed);
 
         // The stress takes a long chain of operations. It is computed last, so that the operations above need not wait
         // for its result.
-        if constexpr (!has_returned_with_stress<Lifted, D>)
-            stress = stress_of(material_, state, taken.velocity_gradient);
+        if constexpr (!has_stress_with_state<Lifted, D>) stress = stress_of(material, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);
         sum = sum + sum_of_stress<Lifted>(stress) + speed;
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
@@ -208,6 +213,7 @@ private:
     const BlockPartition<D>& partition_;
     const SparseGrid<S, D>& grid_;
     Positions<View> positions_;
+    SurroundingsInBlocks<View> surroundings_;
     Lifted material_;
     with_scalar_t<Transfer, P> transfer_;
     S h_, dt_, per_velocity_;
@@ -257,9 +263,11 @@ FIRN_INLINE P sum_of_state(const State& state) {
 
 /// Does the work of update_stress(), but does not throw a particle_error: if a particle has a value that is not finite,
 /// it returns a report with `right` = false.
-template <class Material, std::floating_point S, int D, class Field, class State>
+/// \param around  a surroundings_for the material
+template <class Material, std::floating_point S, int D, class Field, class State, class Around>
 PassReport update_stress_pass(int threads, const ParticleView<S, D, Field, State>& view,
-                              const BlockPartition<D>& partition, const Material& material, double cell_size) {
+                              const BlockPartition<D>& partition, const Material& material, double cell_size,
+                              const Around& around) {
     using P = native_pack<S>;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
     const auto lifted = lift<P>(material);
@@ -276,20 +284,21 @@ PassReport update_stress_pass(int threads, const ParticleView<S, D, Field, State
                 const std::size_t slot = pack * pack_size + lane;
                 const Slots slots{slot, partition.order.data() + slot};
                 const LiftedState state = load_state<LiftedState>(view.state, slots);
+                const P mass = view.mass.template load_or_zero<P>(slots, 0);
+                const P volume = view.volume.template load<P>(slots, 0);
+                const Vec<P, D> velocity = load_vector<P, D>(view.velocity, slots);
+                const auto& own_material = placed_in<D>(lifted, around, slots);
                 Mat<P, D> stress;
                 if constexpr (has_rate_dependent_stress<with_scalar_t<Material, P>, D>) {
                     Mat<P, D> C = Mat<P, D>::zero();
                     if (view.affine.data)
                         unroll<D * D>([&](auto k) FIRN_LAMBDA { C.m[k] = view.affine.template load<P>(slots, k); });
-                    stress = stress_of(lifted, state, C);
+                    stress = stress_of(own_material, state, C);
                 } else {
-                    stress = kirchhoff_stress(lifted, state);
+                    stress = kirchhoff_stress(own_material, state);
                 }
                 store_symmetric(view.stress, slots, stress);
-                const P mass = view.mass.template load_or_zero<P>(slots, 0);
-                const P volume = view.volume.template load<P>(slots, 0);
-                const Vec<P, D> velocity = load_vector<P, D>(view.velocity, slots);
-                const P own = signal_speed(lifted, velocity, mass, volume, state, P(S(cell_size)));
+                const P own = signal_speed(own_material, velocity, mass, volume, state, P(S(cell_size)));
                 P sum = own;
                 unroll<D * D>([&](auto k) FIRN_LAMBDA { sum = sum + stress.m[k]; });
                 unroll<D>([&](auto a) FIRN_LAMBDA { sum = sum + velocity.v[a]; });
@@ -305,6 +314,14 @@ PassReport update_stress_pass(int threads, const ParticleView<S, D, Field, State
     for (double speed : speeds) pass.report.signal_speed = std::max(pass.report.signal_speed, speed);
     pass.right = std::find(right.begin(), right.end(), 0) == right.end();
     return pass;
+}
+
+/// Returns true if a material needs nothing that only a Simulation knows; else the compilation stops with a message.
+template <class Material, int D>
+consteval bool require_no_surroundings() {
+    static_assert(!asks_surroundings<Material, D>,
+                  "firn: a material with a function at(surroundings) needs a firn::Simulation, which knows the time.");
+    return !asks_surroundings<Material, D>;
 }
 
 }  // namespace detail
@@ -326,7 +343,7 @@ template <class Kernel, class Transfer, class Force, volumetric Volume = OwnVolu
 G2PReport g2p(const Execution& execution, const View& view, const BlockPartition<N>& partition,
               const SparseGrid<S, D>& grid, const Material& material, double dt, const Transfer& transfer = {}) {
     if constexpr (detail::require_same_kind<View, N, S, D>() && require_material<Material, D>()) {
-        if constexpr (detail::require_same_precision<Material, S>()) {
+        if constexpr (detail::require_same_precision<Material, S>() && detail::require_no_surroundings<Material, D>()) {
             check_material<D>(material);
             detail::check_step(dt);
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
@@ -356,8 +373,10 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {
+    static_assert(detail::require_no_surroundings<Material, D>());
     check_material<D>(material);
-    const auto pass = detail::update_stress_pass(detail::threads_of(execution), view, partition, material, cell_size);
+    const auto pass = detail::update_stress_pass(detail::threads_of(execution), view, partition, material, cell_size,
+                                                 detail::NoSurroundings());
     if (!pass.right)
         detail::throw_wrong(detail::wrong_particles(partition.particles,
                                                     [&](auto& reader) {

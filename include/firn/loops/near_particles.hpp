@@ -56,7 +56,7 @@ FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
         return load_value<J>(view.state[field_of(&State::J)], slots);
     } else if constexpr (has_volume<State>) {
         using F = typename Stored<decltype(State::F)>::template With<P>;
-        const Mat<P, D> of_particles = load_value<F>(view.state[field_of(&State::F)], slots);
+        const Mat<P, firn::dimension_of<F>> of_particles = load_value<F>(view.state[field_of(&State::F)], slots);
         return determinant(of_particles);
     } else {
         return P(1);

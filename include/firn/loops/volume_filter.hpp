@@ -48,11 +48,12 @@ void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, 
 /// \param set       set k, with the states of its particles
 /// \param k         index of the set among `sets`
 /// \param sets      all sets on the grid, in the order of p2g()
+/// \param time      the present time [s], for a material that asks for its surroundings
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Execution, std::floating_point S, int D, class Material, class OfSet, class View>
 void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory, const Mirrors& mirrors,
                     S share, const Material& material, const ParticleSet<OfSet>& set, std::size_t k,
-                    ParticleSets<View> sets) {
+                    ParticleSets<View> sets, double time = 0) {
     using P = native_pack<S>;
     using Lifted = with_scalar_t<Material, P>;
     using State = material_state_t<Lifted, D>;
@@ -60,6 +61,7 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
         const auto lifted = lift<P>(material);
         const int threads = detail::threads_of(execution);
         memory.scales.resize(sets.size());
+        const detail::surroundings_for<Material, OfSet> around(set.view, set.partition, grid.domain(), time);
         parallel_region(threads, [&] {
             const auto numbers = [&](aligned_vector<S>& of) {
                 return detail::numbers_like(set.view, of, set.partition.slots(), threads);
@@ -81,16 +83,19 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
                 const State state = load_state<State>(set.view.state, slots);
                 const P mass = set.view.mass.template load_or_zero<P>(slots, 0);
                 const P volume = set.view.volume.template load_or_zero<P>(slots, 0);
-                volumes.store(slots, 0, select(mass > P(0), filtered_volume(lifted, state, volume), P(0)));
+                volumes.store(
+                    slots, 0,
+                    select(mass > P(0), filtered_volume(detail::placed_in<D>(lifted, around, slots), state, volume),
+                           P(0)));
                 values.store(slots, 0, volume_change(state));
             });
             average(values);    // values: A (J - 1)
             average(averages);  // averages: A² (J - 1)
             detail::for_registers(set, threads, [&](const Slots& slots) {
-                auto after = filtered_state<D>(lifted, load_state<State>(set.view.state, slots),
-                                               load_symmetric<P, D>(set.view.stress, slots),
-                                               values.template load<P>(slots, 0), averages.template load<P>(slots, 0),
-                                               volumes.template load<P>(slots, 0), P(share));
+                auto after = filtered_state<D>(
+                    detail::placed_in<D>(lifted, around, slots), load_state<State>(set.view.state, slots),
+                    load_symmetric<P, D>(set.view.stress, slots), values.template load<P>(slots, 0),
+                    averages.template load<P>(slots, 0), volumes.template load<P>(slots, 0), P(share));
                 store_state(set.view.state, slots, after.state);
                 store_symmetric(set.view.stress, slots, after.stress);
             });

@@ -83,9 +83,13 @@ template <class View, class Material>
     Vec<P, D> velocity;
     for (int a = 0; a < D; ++a) velocity[a] = P(view.velocity.at(slots, a));
     const P mass = P(view.mass.at(slots, 0)), volume = P(view.volume.at(slots, 0));
+    // The position and the time are not known here.
+    const auto& here = placed<D>(lifted, [&] {
+        return Surroundings<P, D>{Vec<P, D>::zero(), velocity, P(S(cell_size)), P(0), mass / volume};
+    });
     facts.signal_speed =
-        double(lane_value(firn::signal_speed(lifted, velocity, mass, volume, state, P(S(cell_size))), 0));
-    facts.undeformed_speed = double(lane_value(wave_speed(lifted, mass / volume, initial_state<D>(lifted)), 0));
+        double(lane_value(firn::signal_speed(here, velocity, mass, volume, state, P(S(cell_size))), 0));
+    facts.undeformed_speed = double(lane_value(wave_speed(here, mass / volume, initial_state<D>(lifted)), 0));
 }
 
 /// Collects the facts about one particle.
@@ -108,7 +112,7 @@ template <int D, class View, class Material>
         constexpr auto member = std::get<i>(members);
         using Value = std::remove_cvref_t<decltype(std::declval<typename View::state_type>().*(member.member))>;
         look(member.name, view.state[i], component_count<Value>, numbers);
-        if constexpr (component_count<Value> == D * D) {
+        if constexpr (deformation_gradient<Value>) {
             if (facts.has_volume_ratio) return;
             using InDouble = typename Stored<Value>::template With<double>;
             const auto F = value_of<InDouble>(view.state[i], [&](auto k) { return numbers[k]; });

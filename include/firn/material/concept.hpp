@@ -20,12 +20,18 @@
 ///                                            StateAndStress; for models that save work by computing both together
 ///     updated(state, velocity_gradient, dt)  the state after a time step dt [s]; firn calls this function instead of
 ///                                            updating F and calling returned()
+///     updated_with_stress(state, velocity_gradient, dt)  the state updated(state, velocity_gradient, dt) and its
+///                                            Kirchhoff stress [Pa], as a StateAndStress
 ///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
 ///     stretch_bound(state)                   an upper bound of how many times as long as at first a particle is [1],
 ///                                            for a plastic model that bears tension however far it is stretched. With
 ///                                            it, a simulation warns before such matter breaks for want of particles
 ///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
+///     at(surroundings)                       the material with the parameters that it has for one particle, which may
+///                                            depend on the particle's position, the time, and more. \see Surroundings
+///     outputs, output(state)                 what states have of a particle besides the fields: a std::array of
+///                                            Output, and the std::array of their numbers
 ///     check()                                throws parameter_error if a parameter is out of range; called before the
 ///                                            first step. Of a model without it, NaN parameters are refused
 #pragma once
@@ -81,12 +87,42 @@ struct material_state<M, D> {
 };
 }  // namespace detail
 
+namespace detail {
+/// Returns the part of a matrix that lies in the plane of the axes 0 and 1.
+template <scalar S>
+FIRN_INLINE Mat<S, 2> in_plane(const Mat<S, 3>& a) {
+    Mat<S, 2> part;
+    unroll<4>([&](auto k) FIRN_LAMBDA { part.m[k] = a(k % 2, k / 2); });
+    return part;
+}
+template <scalar S>
+FIRN_INLINE const Mat<S, 2>& in_plane(const Mat<S, 2>& a) {
+    return a;
+}
+/// Returns the gradient in three dimensions of a velocity in the plane that does not change across it.
+template <scalar S>
+FIRN_INLINE Mat<S, 3> in_space(const Mat<S, 2>& gradient) {
+    Mat<S, 3> whole = Mat<S, 3>::zero();
+    unroll<4>([&](auto k) FIRN_LAMBDA { whole(k % 2, k / 2) = gradient.m[k]; });
+    return whole;
+}
+}  // namespace detail
+
 /// A particle's state after the return mapping, and the Kirchhoff stress in this state.
 template <class State, class S, int D>
 struct StateAndStress {
     State state;       ///< The state after the return mapping.
     Mat<S, D> stress;  ///< Kirchhoff stress τ of a particle in this state [Pa]
 };
+
+/// A number that states have of each particle, and that a material computes from the particle's state when a state is
+/// written. A restart does not read it. \see has_outputs
+struct Output {
+    const char* name;  ///< name of the field in states
+    const char* unit;  ///< its unit
+};
+/// The largest number of outputs of a material.
+inline constexpr std::size_t most_outputs = 8;
 
 /// The type of a particle's state for the material M: M::state<D> if M declares it, else ElasticState.
 template <class M, int D>
@@ -188,6 +224,14 @@ template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
              const material_scalar_t<M> dt) { detail::call(detail::Updated{}, m, state, velocity_gradient, dt); };
+/// Whether M declares a function `updated_with_stress(state, velocity_gradient, dt)`. The function returns the state
+/// after a time step and the stress in this state. A function that M inherits does not count, since the stress of M may
+/// differ from the stress of the base class.
+template <class M, int D>
+concept has_updated_with_stress =
+    requires {
+        { detail::owner(&M::template updated_with_stress<D>) } -> std::same_as<std::type_identity<M>>;
+    } && has_updated<M, D>;
 /// Whether M has a function `returned(trial)`, a plastic return mapping. `trial` is the state after a step that was
 /// computed as if it were elastic.
 template <class M, int D>
@@ -200,6 +244,13 @@ concept has_returned_with_stress =
     requires {
         { detail::owner(&M::template returned_with_stress<D>) } -> std::same_as<std::type_identity<M>>;
     } && !has_updated<M, D>;
+/// Whether M returns the state after a step and its stress together. \see updated_with_stress
+template <class M, int D>
+concept has_stress_with_state = has_returned_with_stress<M, D> || has_updated_with_stress<M, D>;
+/// Whether M has numbers that are written to states besides the fields: `outputs`, an array of Output, and
+/// `output(state)`, which returns an array of as many numbers.
+template <class M, int D>
+concept has_outputs = requires(const M m, const material_state_t<M, D> state) { m.output(state).size(); M::outputs.size(); };
 // clang-format on
 
 /// Whether M is a material in D dimensions: M has a scalar type, parameters, a Kirchhoff stress and a wave speed.
@@ -253,11 +304,17 @@ material_state_t<M, D> initial_state(const M& model) {
 }
 
 /// Returns the trial state: the particle's state after a time step dt [s] with velocity gradient ∇v [1/s], computed as
-/// if the step were elastic. F becomes (I + dt ∇v) F; the other fields of the state keep their values.
+/// if the step were elastic. F becomes (I + dt ∇v) F; the other fields of the state keep their values. If F is 3 × 3
+/// and ∇v 2 × 2, matter moves in the plane only. \see PlaneStrain
 template <class State, scalar S, int D>
 FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
-    const Mat<S, D>& F = state.F;
-    state.F = increased(state.F, (velocity_gradient * F) * dt);
+    constexpr int N = dimension_of<decltype(state.F)>;
+    static_assert(N == D || (N == 3 && D == 2), "firn: F of a particle has D × D or 3 × 3 numbers.");
+    const Mat<S, N>& F = state.F;
+    if constexpr (N == D)
+        state.F = increased(state.F, (velocity_gradient * F) * dt);
+    else
+        state.F = increased(state.F, (detail::in_space(velocity_gradient) * F) * dt);
     return state;
 }
 namespace detail {
@@ -272,6 +329,12 @@ inline constexpr double strain_rounding = 4 * double(std::numeric_limits<value_t
 template <scalar S>
 FIRN_INLINE mask_t<S> differ(const S& a, const S& b) {
     return !(a == b);
+}
+template <scalar S, int D>
+FIRN_INLINE mask_t<S> differ(const Vec<S, D>& a, const Vec<S, D>& b) {
+    mask_t<S> found = differ(a.v[0], b.v[0]);
+    unroll<D - 1>([&](auto k) FIRN_LAMBDA { found = found | differ(a.v[k + 1], b.v[k + 1]); });
+    return found;
 }
 template <scalar S, int D>
 FIRN_INLINE mask_t<S> differ(const Mat<S, D>& a, const Mat<S, D>& b) {
@@ -318,12 +381,15 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
 }
 
 /// Returns a particle's state after a time step dt [s] with velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa]
-/// in the new state. This function exists only for models that have returned_with_stress().
+/// in the new state. This function exists only for models that return both together.
 template <class M, class State, scalar S, int D>
-    requires has_returned_with_stress<M, D>
+    requires has_stress_with_state<M, D>
 FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
                                                             const Mat<S, D>& velocity_gradient, const S& dt) {
-    return model.returned_with_stress(followed(state, velocity_gradient, dt));
+    if constexpr (has_updated_with_stress<M, D>)
+        return model.template updated_with_stress<D>(state, velocity_gradient, dt);
+    else
+        return model.template returned_with_stress<D>(followed(state, velocity_gradient, dt));
 }
 
 /// Returns the Kirchhoff stress τ [Pa] in the given state. If the model's stress depends on the velocity gradient ∇v,

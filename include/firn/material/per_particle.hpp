@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/names.hpp>
-#include <firn/material/concept.hpp>
+#include <firn/material/surroundings.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -105,12 +105,29 @@ public:
 
     // The functions below call the function of the model with the parameter values of the particle.
 
+    /// The material for particles in these surroundings. \see asks_surroundings
+    template <int D>
+        requires asks_surroundings<Model, D>
+    FIRN_INLINE PerParticle at(const Surroundings<S, D>& here) const {
+        return detail::around_model(*this, Model(Model::at(here)));
+    }
     /// The state after a time step dt [s] with velocity gradient ∇v [1/s].
     template <int D>
         requires has_updated<Model, D>
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
         state<D> after = before;
         static_cast<Base<D>&>(after) = firn::updated(of(before), base(before), velocity_gradient, dt);
+        return after;
+    }
+    /// The state after a time step dt [s] with velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa] in it.
+    template <int D>
+        requires has_updated_with_stress<Model, D>
+    FIRN_INLINE StateAndStress<state<D>, S, D> updated_with_stress(const state<D>& before,
+                                                                   const Mat<S, D>& velocity_gradient,
+                                                                   const S& dt) const {
+        const auto own = of(before).template updated_with_stress<D>(base(before), velocity_gradient, dt);
+        StateAndStress<state<D>, S, D> after{before, own.stress};
+        static_cast<Base<D>&>(after.state) = own.state;
         return after;
     }
     /// The state after the model's return mapping.
@@ -125,7 +142,7 @@ public:
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
-        const auto mapped = of(trial).returned_with_stress(base(trial));
+        const auto mapped = of(trial).template returned_with_stress<D>(base(trial));
         StateAndStress<state<D>, S, D> after{trial, mapped.stress};
         static_cast<Base<D>&>(after.state) = mapped.state;
         return after;

@@ -35,6 +35,11 @@ struct Extended : Model, CarriedValue<material_scalar_t<Model>, Carries>... {
                               std::tuple{parameter{Carries::name.text, Carries::unit.text,
                                                    &CarriedValue<scalar_type, Carries>::value}...});
     }
+    template <int D>
+        requires asks_surroundings<Model, D>
+    FIRN_INLINE Extended at(const Surroundings<scalar_type, D>& here) const {
+        return around_model(*this, Model(Model::at(here)));
+    }
 };
 }  // namespace detail
 

@@ -8,6 +8,8 @@
 #include <firn/simulation/set_of.hpp>
 #include <firn/simulation/stretch.hpp>
 
+#include <algorithm>
+#include <span>
 #include <tuple>
 
 namespace firn::inline FIRN_BUILD {
@@ -99,9 +101,12 @@ public:
     ParticleStore<S, D>& store() override { return particles; }
     std::string_view name_of_material() const override { return name_of<Material>(); }
     void start_state(std::size_t slot) override { particles.set_state(slot, initial_state<D>(material)); }
-    detail::PassReport update_stress(int threads) override {
-        return detail::update_stress_pass(threads, particles.view(), this->partition, material,
-                                          particles.domain().cell_size);
+    detail::PassReport update_stress(int threads, double time) override {
+        const auto view = particles.view();
+        const Domain<D>& domain = particles.domain();
+        const detail::surroundings_for<Material, decltype(particles.view())> around(view, this->partition, domain,
+                                                                                    time);
+        return detail::update_stress_pass(threads, view, this->partition, material, domain.cell_size, around);
     }
     [[gnu::cold]] void read_facts(double dt, detail::FactsReader& reader) override {
         const Domain<D>& domain = particles.domain();
@@ -117,6 +122,17 @@ public:
         if constexpr (requires { particles.state(slot).F; })
             return detail::gradient_facts<S, D>(particles.state(slot).F);
         return {};
+    }
+    std::span<const Output> outputs() const override {
+        if constexpr (has_outputs<Material, D>) {
+            static_assert(Material::outputs.size() <= most_outputs, "firn: a material has at most 8 outputs.");
+            return Material::outputs;
+        } else {
+            return {};
+        }
+    }
+    void output([[maybe_unused]] std::size_t slot, [[maybe_unused]] S* to) const override {
+        if constexpr (has_outputs<Material, D>) std::ranges::copy(material.output(particles.state(slot)), to);
     }
     bool is_elastic() const override { return detail::is_elastic<Material, D>; }
 

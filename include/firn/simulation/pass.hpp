@@ -74,9 +74,10 @@ struct StepNow {
     bool in_float = false;                        ///< Whether dt was chosen in float. \see FixedPoint::float_steps
     double asked = 0;  ///< The step that is asked for, of which an implicit step may take a part [s].
     double left = 0;   ///< What is left of it, the present part included [s].
+    double start = 0;  ///< Time at which the present step or part starts [s].
 
     /// Returns the time step, with how it was chosen.
-    TimeStep time_step() const { return {dt, in_float}; }
+    TimeStep time_step() const { return {dt, in_float, start}; }
 };
 
 /// A pass of a step: a value that knows no simulation, and is given one when it acts. So a copy of a simulation has

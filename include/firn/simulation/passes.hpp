@@ -111,7 +111,7 @@ protected:
                 of.for_materials([&](auto& set, std::size_t k) {
                     firn::filter_volumes<Kernel>(of.execution, of.grid_, of.filter_memory_, now.mirrors, share,
                                                  set.material, ParticleSet{set.particles.view(), set.partition}, k,
-                                                 sets);
+                                                 sets, now.start);
                 });
             if constexpr (shifts_particles<Volume>)
                 if (const S share = of.volume.shifted_share(crossed); share > 0) stray = shift(of, now, share, sets);

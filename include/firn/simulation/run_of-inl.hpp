@@ -57,7 +57,7 @@ template <std::floating_point S, int D>
     }
     if (is_empty || set.store().size() > 0) set.check_positions();
     sort(k, ranks, threads);
-    const detail::PassReport pass = set.update_stress(threads);
+    const detail::PassReport pass = set.update_stress(threads, now_.time);
     ranks.require(pass.right, [&] {
         detail::throw_wrong_particles(
             sets_, sentence("Before step ", now_.steps, ", at ", now_.time, " s: "), 0,

@@ -49,13 +49,17 @@ public:
     virtual ParticleStore<S, D>& store() = 0;               ///< Returns the particles.
     virtual std::string_view name_of_material() const = 0;  ///< Returns the name of the material's type.
     virtual void start_state(std::size_t slot) = 0;         ///< Sets the state of a particle to that of matter at rest.
-    virtual detail::PassReport update_stress(int threads) = 0;  ///< Computes all stresses. \see firn::update_stress
+    /// Computes all stresses. \param time  the present time [s]. \see firn::update_stress
+    virtual detail::PassReport update_stress(int threads, double time) = 0;
     /// Tells a reader facts about all particles. \param dt  of the step that moved them [s]; 0: none did
     virtual void read_facts(double dt, detail::FactsReader& reader) = 0;
     /// Returns the particles that are stretched most. \see detail::most_stretched
     virtual std::vector<detail::Stretched> most_stretched(const KernelFacts& kernel, int threads) = 0;
     /// Returns facts about the deformation gradient of a particle; none if the state has no member F.
     virtual std::optional<detail::GradientFacts<S, D>> gradient_of(std::size_t slot) const = 0;
+    virtual std::span<const Output> outputs() const = 0;  ///< Returns what states have besides the fields.
+    /// Computes the outputs of a particle. \param to  memory for as many numbers as there are outputs
+    virtual void output(std::size_t slot, S* to) const = 0;
     virtual bool is_elastic() const = 0;  ///< Returns whether F alone is the state, and nothing yields.
     /// @}
 

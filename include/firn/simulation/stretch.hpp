@@ -26,7 +26,10 @@ template <std::floating_point S, int D, class Gradient>
 GradientFacts<S, D> gradient_facts(const Gradient& F) {
     double largest = 0;
     for (const S number : Stored<Gradient>::numbers(F)) largest = std::max(largest, std::abs(double(number)));
-    return {F, left_cauchy_green_change(F), largest};
+    if constexpr (firn::dimension_of<Gradient> == D)
+        return {F, left_cauchy_green_change(F), largest};
+    else
+        return {in_plane(Mat<S, 3>(F)), in_plane(left_cauchy_green_change(F)), largest};
 }
 
 /// Whether F of a particle of the material M is its whole deformation: M is elastic.

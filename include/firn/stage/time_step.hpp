@@ -115,8 +115,11 @@ FIRN_INLINE S cells_per_velocity(const S& dt, const S& cell_size) {
 struct TimeStep {
     double dt;              ///< Time step [s].
     bool in_float = false;  ///< Whether dt was chosen in float, as a WGSL program does. \see FixedPoint::float_steps
+    double start = 0;       ///< Time at which the step starts [s].
 
-    TimeStep(double seconds, bool was_in_float = false) : dt(seconds), in_float(was_in_float) {}  ///< Makes a step.
+    /// Makes a step.
+    TimeStep(double seconds, bool was_in_float = false, double from = 0)
+        : dt(seconds), in_float(was_in_float), start(from) {}
     operator double() const { return dt; }  ///< Returns the time step [s].
 
     /// Returns the displacement of particles with a velocity of 1 m/s [cells]. It is rounded once; or, if the step was

@@ -57,8 +57,13 @@ FIRN_INLINE State with_volume_change(const Material& material, State state, cons
         state.J += J * ratio;
         return state;
     } else {
-        const Mat<S, D>& F = state.F;
-        state.F = increased(state.F, F * (ratio * S(1.0 / D)));
+        if constexpr (constexpr int N = dimension_of<decltype(state.F)>; N == D) {
+            const Mat<S, D>& F = state.F;
+            state.F = increased(state.F, F * (ratio * S(1.0 / D)));
+        } else {  // in the plane only
+            const Mat<S, N>& F = state.F;
+            state.F = increased(state.F, detail::in_space(Mat<S, D>::diagonal(ratio * S(1.0 / D))) * F);
+        }
         if constexpr (requires { material.returned_with_stress(state); })
             return material.returned_with_stress(state).state;
         else

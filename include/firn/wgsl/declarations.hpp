@@ -102,6 +102,10 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
             return accessors<Vec<recorded, D>>(name, buffer, stores, first, in_order);
         case FieldShape::matrix:
             return accessors<Mat<recorded, D>>(name, buffer, stores, first, in_order);
+        case FieldShape::vector_3d:
+            return accessors<Vec<recorded, 3>>(name, buffer, stores, first, in_order);
+        case FieldShape::matrix_3d:
+            return accessors<Mat<recorded, 3>>(name, buffer, stores, first, in_order);
         case FieldShape::symmetric_matrix:
             break;
     }

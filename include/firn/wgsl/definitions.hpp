@@ -548,7 +548,7 @@ void add_material(Module& module, const Material& material) {
     using State = material_state_t<with_scalar_t<Material, R>, D>;
     const std::string of_material = std::string(Material::name) + ", ";
     const auto model = [&] { return detail::with_uniforms(material, "material"); };
-    if constexpr (has_returned_with_stress<with_scalar_t<Material, R>, D>)
+    if constexpr (has_stress_with_state<with_scalar_t<Material, R>, D>)
         module.function<State, Mat<R, D>>(
             "updated_with_stress", of_material + "its state after a step and the Kirchhoff stress [Pa] in it",
             {"state", "velocity_gradient"}, [&](const State& state, const Mat<R, D>& velocity_gradient) {

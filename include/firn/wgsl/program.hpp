@@ -232,7 +232,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       blends_velocities<Transfer>,
                       detail::refinements_of(transfer),
                       has_rate_dependent_stress<Material, D>,
-                      has_returned_with_stress<Material, D>,
+                      has_stress_with_state<Material, D>,
                       Volume::averages_volume,
                       filters_volume<Volume>,
                       every,
