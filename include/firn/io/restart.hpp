@@ -68,13 +68,20 @@ template <class Simulation, std::size_t I, class T>
 [[gnu::cold]] RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>& state, Restart how) {
     const Simulation& simulation = set.simulation();
     check_dimension(state, Simulation::dimension);
-    const PolicyFacts facts = policy_facts_of<I>(simulation);
+    PolicyFacts facts = policy_facts_of<I>(simulation);
+    const bool takes_material = how != Restart::converted && has_parameter(state, "run", "material_edited");
+    if (takes_material) std::erase_if(facts.parameters, [](const auto& p) { return p.group == "material"; });
     if (how != Restart::converted) check_same_run(facts, simulation.domain(), simulation.sets()[I], state, how);
     if (how == Restart::same_bits && ranks_of(simulation.execution).speaks())
         warn_of_unseen(facts.settings, simulation.warn);
 
     RestoredSet<Simulation, I> made{
         {set.material(), simulation.domain()}, simulation.boundary, simulation.transfer, simulation.volume, {}};
+    if (takes_material) {
+        restore_parameters(made.stored.material, state, "material");
+        check_material<Simulation::dimension>(made.stored.material);
+        made.stored.material_edited = true;
+    }
     const int threads = thread_count(requested_threads(simulation.execution));
     made.run = read_particles(state, how, simulation.kernel(), threads, made.stored);
     if (made.run.converted) return made;
@@ -110,7 +117,8 @@ template <class Simulation, std::size_t I>
 ///
 /// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer, of the
 /// volumetric policy and of the boundary (including the position of a moving boundary), gravity, fixed_time_step and
-/// most_steps_between_sorts. To change one of these, call restore() first, and then set the new value. The number of
+/// most_steps_between_sorts; and the parameters of the material, if the program had changed them during the run (see
+/// SetAccess::edit_material). To change one of these, call restore() first, and then set the new value. The number of
 /// threads is not taken from the state.
 ///
 /// In a simulation with several materials, call restore() once for each material, with states of the same time.

@@ -160,6 +160,7 @@ void fill_state_of(const RunOf<S, D>& run, const SetOf<S, D>& set, PolicyFacts p
     parameter("run", "signal_speed", "m/s", {set.report.signal_speed});
     parameter("run", "sort_needed", "1", {double(set.report.sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
+    if (set.material_edited) parameter("run", "material_edited", "1", {1});
     if (run.largest_acceleration() >= 0)  // the last step had an acceleration field
         parameter("run", "largest_acceleration", "m/s^2", {run.largest_acceleration()});
 

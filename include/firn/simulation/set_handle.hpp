@@ -60,6 +60,26 @@ public:
         self().mine().change_states(body, change);
     }
 
+    /// Changes parameters of the material during a run, for example its strength. The stresses of all particles and the
+    /// bound of the time step follow before the next step. States store the parameters, and restore() takes them from a
+    /// state that was written after such a change.
+    ///
+    ///     simulation.edit_material([&](auto& clay) { clay.cohesion = peak / factor; });
+    ///
+    /// What particles have of their own (PerParticle) is part of their states. \see set_states
+    /// \param change  called as change(material); it may modify `material`
+    /// \throws parameter_error  as check_material(), if a parameter is out of range; nothing is changed in this case
+    template <class Change>
+    void edit_material(const Change& change) {
+        auto& set = self().mine();
+        auto edited = set.material;
+        change(edited);
+        check_material<D>(edited);
+        set.material = edited;
+        set.material_edited = true;
+        set.readiness.edit();
+    }
+
     /// Adds a body of uniform density and velocity, with one particle for each sample. \see sample_box, sample_mesh
     /// \param samples   positions of the particles [m], and the volume of each particle [m^D]
     /// \param density   density of the body [kg/m³]

@@ -71,6 +71,7 @@ public:
     G2PReport report{};                ///< What the last G2P reported about the particles.
     Readiness readiness{};             ///< Which preparations for a step are done.
     std::optional<Moment> restored{};  ///< Moment to which the set was restored; empty after a step.
+    bool material_edited = false;      ///< Whether the program has changed the material. \see SetAccess::edit_material
     std::vector<Source<D>> sources{};  ///< Sources that add particles to this set.
     std::vector<Sink<D>> sinks{};      ///< Sinks that remove particles of this set.
     detail::MaybePush<S, D> loads{},   ///< Loads on bodies.
