@@ -22,7 +22,7 @@ stage      :
 loops wgsl :
 lagrangian :
 simulation :
-implicit   :
+implicit soil :
 adjoint    :
 firn       :
 io         : hdf5 posix

@@ -13,3 +13,4 @@
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_series.hpp>
 #include <firn/io/state_writer.hpp>
+#include <firn/io/stress_invariants.hpp>

@@ -50,7 +50,6 @@ consteval std::size_t field_of(Member State::* member) {
 template <class View, class P>
 FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
     using State = typename View::state_type;
-    constexpr int D = View::dimension;
     if constexpr (has_volume_ratio<State>) {
         using J = typename Stored<decltype(State::J)>::template With<P>;
         return load_value<J>(view.state[field_of(&State::J)], slots);

@@ -105,6 +105,12 @@ public:
 
     // The functions below call the function of the model with the parameter values of the particle.
 
+    /// What states have besides the fields. \see has_outputs
+    template <int D>
+        requires has_outputs<Model, D>
+    auto output(const state<D>& particle) const {
+        return of(particle).output(base(particle));
+    }
     /// The material for particles in these surroundings. \see asks_surroundings
     template <int D>
         requires asks_surroundings<Model, D>
