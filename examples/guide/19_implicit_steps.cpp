@@ -107,8 +107,10 @@ bool block_holds(double angle) {
 //! Sand and other matter that flows is solved for, too, by a method that needs no energy (GMRES). Where little of it flows
 //! that takes as few products; near failure it takes many more, and a step may end in the error.
 //!
-//! The same is true of a body that nothing holds, and of matter without stiffness, such as a fluid. Hold it, or take
-//! firn::Implicit: inertia is what holds it then.
+//! The same is true of a body that nothing holds. Where loads push all matter along a direction in which no boundary holds
+//! it, the step says so at once. Matter without stiffness against shear, such as a fluid without viscosity, is refused by a
+//! firn::parameter_error. Take firn::Implicit or firn::TrBdf2: inertia is what holds it then. A fluid with viscosity
+//! creeps.
 //!
 //! ## Implicit steps
 //!
@@ -199,6 +201,8 @@ int main() {
 //! | `VolumeFilter`; contact groups; `GapContact`, and boundaries of your own that ask for masses; several machines; GPUs; firn::Adjoint | the program does not compile |
 //! | mirrored walls with friction, or from which matter may separate | firn::parameter_error |
 //! | a step without a length: `step()` of firn::QuasiStatic without `fixed_time_step` | firn::parameter_error |
+//! | matter without stiffness against shear in a step of firn::QuasiStatic | firn::parameter_error |
+//! | loads along a direction in which nothing holds matter, in a step of firn::QuasiStatic | firn::convergence_error, with the sum of these loads |
 //! | a load step without an equilibrium, a step in which matter moves too far | firn::convergence_error, with the forces out of balance after each Newton step |
 //!
 //! After an error, particles, time and boundary are those before the step, or before the part of it that failed. The

@@ -27,6 +27,10 @@ struct StepSolution {
     int products = 0;             ///< Number of products with the Hessian, those of attempts that failed included.
     double largest_motion = 0;    ///< Largest motion of a node in the step [cells].
     std::size_t small_nodes = 0;  ///< Number of nodes that follow others. \see SmallNodes
+    /// What loads and friction add up to along directions in which the boundary holds no node of matter, D numbers [N];
+    /// nothing if that is less than NewtonLimits::tolerance of all loads. Then there is no equilibrium, and none was
+    /// looked for.
+    std::vector<double> unheld{};
 };
 
 /// What brings the linear solves of Newton's method to their end in few products.
@@ -107,8 +111,10 @@ struct SolvedSteps {
 /// cells: a step is exact for any displacement of the nodes. A second step under the same loads lets the weights of
 /// nodes follow the matter.
 ///
-/// Matter must be held: a body that a boundary leaves free to move or to turn, and matter without stiffness such as a
-/// fluid, have no equilibrium that a step could find, and end in a convergence_error; take Implicit.
+/// Matter must be held. Where loads push all of it along a direction in which no boundary holds it, a step ends in a
+/// convergence_error at once; where a body is free to turn, or one of several is free to move, once halvings have
+/// failed. Take Implicit or TrBdf2 then. Matter without stiffness against shear, such as a fluid without viscosity, is
+/// refused by a parameter_error. A viscous fluid creeps: a step finds Stokes flow, for the length of the step.
 struct QuasiStatic : detail::SolvedSteps<QuasiStatic> {
     static constexpr const char* name = "quasi_static";
     static constexpr bool has_inertia = false;  ///< Matter has no inertia.

@@ -68,7 +68,7 @@ public:
                 largest_motion(vectors_, layer::displacement).second / vectors_.grid().domain().cell_size;
             solution_.has_converged = solution_.newton.has_converged && solution_.has_settled &&
                                       solution_.largest_motion <= rule_.largest_motion;
-            if (solution_.has_converged || dt / 2 < smallest) return solution_;
+            if (solution_.has_converged || !solution_.unheld.empty() || dt / 2 < smallest) return solution_;
         }
     }
 
@@ -240,9 +240,20 @@ private:
             impose(dt);
             Problem problem(potential, *small_, *constraints_, layer::pushed, inertia_);
             const NewtonLayers layers{layer::displacement, layer::of_solver, layer::trial, layer::of_gmres};
-            solution_.newton = rule_.preconditioning == Preconditioning::multigrid
-                                   ? newton(problem, layers, rule_.newton, multigrid)
-                                   : newton(problem, layers, rule_.newton, jacobi);
+            if constexpr (!Time::has_inertia) {
+                solution_.unheld = unheld_loads();
+                if (!solution_.unheld.empty() && solution_.rounds == 1 && constraints_->are_nonlinear()) {
+                    constraints_->hold_sliding();
+                    impose(dt);
+                    solution_.unheld = unheld_loads();
+                }
+            }
+            if (!solution_.unheld.empty())
+                solution_.newton = {};
+            else
+                solution_.newton = rule_.preconditioning == Preconditioning::multigrid
+                                       ? newton(problem, layers, rule_.newton, multigrid)
+                                       : newton(problem, layers, rule_.newton, jacobi);
             solution_.newton_steps += solution_.newton.steps();
             solution_.products += solution_.newton.products;
             const bool is_solved = solution_.newton.has_converged;
@@ -267,6 +278,21 @@ private:
             else
                 vectors_.fill(layer::displacement, S(0));
         }
+    }
+    /// \see StepSolution::unheld
+    std::vector<double> unheld_loads() const {
+        const S* const loads = vectors_.numbers(layer::pushed);
+        Vec<double, D> sum{};
+        double size = 0;
+        for (std::size_t i = 0; i < masses_.size(); ++i) {
+            Vec<double, D> f{};
+            for (int a = 0; a < D; ++a) f[a] = double(loads[i * node_width + std::size_t(a)]);
+            sum += f;
+            size += norm(f);
+        }
+        sum = constraints_->free_translations(masses_) * sum + Vec<double, D>::zero();  // −0 becomes 0
+        if (norm(sum) > rule_.newton.tolerance * size) return {sum.v, sum.v + D};
+        return {};
     }
     /// Lets small nodes and those behind mirrored walls follow the displacement, and the boundary hold it.
     void impose(double dt) const {
@@ -306,6 +332,12 @@ private:
     const NewtonReport& newton = solution.newton;
     const double part = std::ldexp(whole, -solution.halvings);
     std::string text = sentence("Step ", begin.steps, ", of ", whole, " s from ", begin.time, " s on, ");
+    if (!solution.unheld.empty())
+        throw convergence_error(
+            text + "has no equilibrium: loads and friction add up to " +
+            point_text(solution.unheld.data(), int(solution.unheld.size())) +
+            " N along directions in which nothing holds the matter. Hold it by a boundary, or take Implicit or "
+            "TrBdf2, in which it has inertia. The particles are those before the step.");
     if (newton.has_converged && solution.has_settled) {
         text += sentence("moves a node by ", solution.largest_motion, " cells even in a part of ", part, " s; at most ",
                          largest_motion, " are allowed. ");

@@ -101,6 +101,26 @@ public:
         });
     }
 
+    /// Returns the projection onto the translations that the present constraints and mirrored walls leave to all nodes
+    /// with matter. \param masses  masses of all nodes [kg]
+    Mat<double, D> free_translations(const aligned_vector<S>& masses) const {
+        Mat<double, D> held = Mat<double, D>::zero();
+        const auto hold = [&](std::size_t node, const Mat<S, D>& free) {
+            if (!(masses[node] > S(0))) return;
+            const Mat<double, D> taken = Mat<double, D>::identity() - cast<double>(free);
+            held += transpose(taken) * taken;
+        };
+        mirrored_.for_on_walls(hold);
+        for_held(hold);
+        double largest = 0;
+        for (int j = 0; j < D; ++j) largest = std::max(largest, held(j, j));
+        std::array<Vec<double, D>, std::size_t(D)> columns;
+        for (int j = 0; j < D; ++j)
+            for (int i = 0; i < D; ++i) columns[std::size_t(j)][i] = held(i, j);
+        // Normals of one flat wall differ by rounding, that of floats included.
+        return Mat<double, D>::identity() - span_of(columns, largest > 0 ? 1e-10 * largest : 1);
+    }
+
     /// Lets some nodes go where friction or separation acts: those that follow others, whose motion no force of their
     /// own decides. \param nodes  indices of the nodes, ascending
     void release(const std::vector<std::uint32_t>& nodes) {
@@ -115,6 +135,12 @@ public:
     /// boundary. \param velocities  those of all nodes [m/s]
     void begin(const S* velocities) {
         for (const std::size_t i : contacts_) set(all_[i], cast<double>(get(velocities, all_[i].node)), 0);
+    }
+    /// Holds the nodes that begin() lets slide, as if friction were as large as it takes: where little but other matter
+    /// presses a node onto the boundary, begin() finds too little friction.
+    void hold_sliding() {
+        for (const std::size_t i : contacts_)
+            if (trace(all_[i].P) < S(D - 0.5)) all_[i].P = Mat<S, D>::zero();
     }
     /// Finds these constraints for a displacement, and for the forces by which the boundary held the nodes with the
     /// constraints so far.
@@ -261,11 +287,15 @@ private:
             beside[j] += small;
             columns[std::size_t(j)] = (after(one.x, one.even, beside) - w) * (1 / small);
         }
+        return span_of(columns, 1e-3);
+    }
+    /// Returns the projection onto the span of some vectors. \param least  shorter ones count as zero
+    static Mat<double, D> span_of(std::array<Vec<double, D>, std::size_t(D)> columns, double least) {
         Mat<double, D> P = Mat<double, D>::zero();
         for (int rank = 0; rank < D; ++rank) {  // Gram-Schmidt, the longest column first
             const auto longest = std::max_element(columns.begin(), columns.end(),
                                                   [](const auto& a, const auto& b) { return dot(a, a) < dot(b, b); });
-            if (dot(*longest, *longest) < 1e-6) break;
+            if (dot(*longest, *longest) < least * least) break;
             const Vec<double, D> e = *longest * (1 / norm(*longest));
             P += outer(e, e);
             for (auto& column : columns) column = column - e * dot(e, column);

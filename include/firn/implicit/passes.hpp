@@ -84,6 +84,7 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
             throw parameter_error(sentence("The fixed time step is ", of.fixed_time_step,
                                            " s; it must be positive, or 0 for steps by motion."));
         of.prepare();
+        if constexpr (!Time::has_inertia) of.for_materials([](auto& set, std::size_t) { require_stiffness(set); });
         double dt = of.fixed_time_step > 0 ? of.fixed_time_step : Time::unlimited;
         if constexpr (Time::has_inertia)
             if (of.fixed_time_step == 0) dt = time_to_move(of, acceleration);
@@ -96,6 +97,24 @@ struct ImplicitPassesOf : PassesOf<Simulation, Kernel, Transfer, Force, Boundary
     }
 
 private:
+    /// Refuses matter that shear meets with no stress: the shape of its equilibrium is not determined.
+    /// \throws parameter_error  if a particle is of such matter
+    template <class Set>
+    static void require_stiffness(const Set& set) {
+        // Sand and the like bear shear under pressure.
+        Mat<S, D> gradient = Mat<S, D>::diagonal(S(-0.01));
+        gradient(0, 1) = S(0.001);
+        const auto bears_shear = [&](const auto& state) {
+            return after_displacement(set.material, state, gradient, S(1)).stress(0, 1) != S(0);
+        };
+        if (bears_shear(initial_state<D>(set.material))) return;
+        for (std::size_t slot = 0; slot < set.particles.slots(); ++slot)
+            if (set.particles.is_particle(slot) && !bears_shear(set.particles.state(slot)))
+                throw parameter_error(sentence(
+                    "Particle ", set.particles.id(slot), " at ", point_text(set.particles.exact_position(slot).v, D),
+                    " m has no stiffness against shear, as a fluid without viscosity. Quasi-static steps find no "
+                    "equilibrium of such matter. Take Implicit or TrBdf2, in which it has inertia."));
+    }
     /// Returns the time [s] in which matter would move by half a cell, were there no forces but the acceleration.
     template <class Acceleration>
     static double time_to_move(Simulation& of, const Acceleration& acceleration) {
