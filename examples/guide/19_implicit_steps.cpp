@@ -176,7 +176,7 @@ int main() {
 //!
 //! | `simulation.integration.` | |
 //! | --- | --- |
-//! | `newton.tolerance` | largest force out of balance, as a part of the loads: 1e-3. Reactions are as exact as that |
+//! | `newton.tolerance` | largest force out of balance, as a part of the loads: 1e-3. Reactions are as exact as that. Floats reach 1e-5 on 64² cells; a tolerance below rounding is refused, with the one that can be reached |
 //! | `preconditioning` | a multigrid; or `block_jacobi`, for short implicit steps |
 //! | `newton.iterations`, `newton.solver_iterations` | when Newton's method and its linear solves give up |
 //! | `largest_motion` | of a node in a step, in cells: 0.5 in firn::Implicit, without limit in firn::QuasiStatic |

@@ -68,7 +68,8 @@ public:
                 largest_motion(vectors_, layer::displacement).second / vectors_.grid().domain().cell_size;
             solution_.has_converged = solution_.newton.has_converged && solution_.has_settled &&
                                       solution_.largest_motion <= rule_.largest_motion;
-            if (solution_.has_converged || !solution_.unheld.empty() || dt / 2 < smallest) return solution_;
+            const bool is_hopeless = !solution_.unheld.empty() || solution_.newton.end == NewtonEnd::rounded;
+            if (solution_.has_converged || is_hopeless || dt / 2 < smallest) return solution_;
         }
     }
 
@@ -348,9 +349,12 @@ private:
                              " rounds it is not settled where the boundary holds matter by friction, and where matter "
                              "leaves it. ");
         } else {
-            constexpr const char* ends[] = {"", "its first guess turns particles inside out",
-                                            "no step makes it smaller", "it took too many steps",
-                                            "forces have no stable balance nearby"};
+            constexpr const char* ends[] = {"",
+                                            "its first guess turns particles inside out",
+                                            "no step makes it smaller",
+                                            "it took too many steps",
+                                            "forces have no stable balance nearby",
+                                            "rounding hides what steps change"};
             text += ends[int(newton.end)];
             if (!newton.residuals.empty()) {
                 text += ". Forces out of balance, as a part of the loads, were";
@@ -360,6 +364,11 @@ private:
                 text +=
                     "; most of them at the node " + point_text(newton.worst.data(), int(newton.worst.size())) + " m";
             text += ". " + inverted;
+            if (newton.end == NewtonEnd::rounded)
+                throw convergence_error(
+                    text +
+                    sentence("Give Newton's method a tolerance above ", newton.rounding, ", or compute in doubles. ") +
+                    "The particles are those before the step.");
         }
     }
     throw convergence_error(text +

@@ -357,6 +357,30 @@ TEST_CASE("What cannot be solved is told, and nothing is lost", "[implicit]") {
         simulation.fixed_time_step = -1;
         CHECK_THROWS_AS(simulation.step(), parameter_error);
     }
+    SECTION("a tolerance below rounding") {
+        for (const double tolerance : {1e-4, 1e-7}) {
+            Simulation simulation(Domain<2>({-1, -0.25}, {2, 2}, 1. / 32),
+                                  NeoHookean<float>::from_young_poisson(1e6F, 0.3F),
+                                  Walls<float, 2>::all({-1, 0}, {2, 2}, {Contact::stick}), QuasiStatic{});
+            simulation.warn = {};
+            simulation.add(sample_box<2>({0, 0}, {1, 1}, {.spacing = 1. / 64}), 1000);
+            simulation.integration.newton.tolerance = tolerance;
+            if (tolerance == 1e-4) {
+                simulation.advance(1);
+                continue;
+            }
+            test_support::check_refused<convergence_error>([&] { simulation.advance(1); },
+                                                           "rounding hides what steps change");
+            const NewtonReport& newton = simulation.solution.newton;
+            CHECK(newton.end == NewtonEnd::rounded);
+            CHECK(newton.steps() < 8);
+            CHECK(simulation.solution.halvings == 0);
+            // Rounding is found to a small factor, and so is the tolerance that the error asks for.
+            CHECK(newton.residuals.back() > 0.05 * newton.rounding);
+            simulation.integration.newton.tolerance = newton.rounding;
+            simulation.advance(1);
+        }
+    }
     SECTION("parameters") {
         auto simulation = column(Hencky<double>::from_young_poisson(young, poisson), QuasiStatic{});
         simulation.integration.newton.tolerance = -1;
