@@ -1,5 +1,5 @@
-/// \file Isotropic functions of the left stretch, U diag(f(σ)) Uᵀ, with derivatives that are right for equal stretches,
-/// too.
+/// \file Isotropic functions of the left stretch, U diag(f(σ)) Uᵀ, and of symmetric matrices, with derivatives that are
+/// right for equal principal values, too.
 ///
 /// With dual numbers the directions U have no derivative where stretches are equal, and lose digits where they are
 /// nearly equal. The function has one everywhere: in the principal directions of V = U diag(σ) Uᵀ,
@@ -45,6 +45,25 @@ FIRN_INLINE Mat<S, D> turned_to(const Mat<T, D>& directions, const Mat<S, D>& A)
     return constant_matrix<S>(transpose(directions)) * A * constant_matrix<S>(directions);
 }
 
+/// Returns U X Uᵀ for directions U without derivatives. Off the diagonal X has derivatives, but the value 0.
+/// \param principal  the diagonal of X;  \param off  off(i, j) returns Xᵢⱼ, for i < j
+template <class S, class T, int D, class Off>
+FIRN_INLINE Mat<S, D> turned_back(const Mat<T, D>& directions, const Vec<S, D>& principal, const Off& off) {
+    const Mat<S, D> X = symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
+        if constexpr (int(i) == int(j))
+            return principal.v[i];
+        else
+            return off(std::min(int(i), int(j)), std::max(int(i), int(j)));
+    });
+    const Mat<S, D> U = constant_matrix<S>(directions);
+    Vec<T, D> plain_values;
+    unroll<D>([&](auto i) FIRN_LAMBDA { plain_values.v[i] = plain(principal.v[i]); });
+    const Mat<T, D> value = spectral(directions, plain_values);
+    Mat<S, D> result = symmetric_product(U * X, transpose(U));
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { result.m[k] = with_value(result.m[k], value.m[k]); });
+    return result;
+}
+
 /// The left stretch V of a matrix F of numbers with derivatives, in its principal directions.
 template <class S, int D>
 struct TurnedStretch {
@@ -71,19 +90,7 @@ struct TurnedStretch {
     /// Returns U X Uᵀ. \param principal  the diagonal of X;  \param off  off(i, j) returns Xᵢⱼ, for i < j
     template <class Off>
     FIRN_INLINE Mat<S, D> matrix(const Vec<S, D>& principal, const Off& off) const {
-        const Mat<S, D> X = symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
-            if constexpr (int(i) == int(j))
-                return principal.v[i];
-            else
-                return off(std::min(int(i), int(j)), std::max(int(i), int(j)));
-        });
-        const Mat<S, D> U = constant_matrix<S>(directions);
-        Vec<T, D> plain_values;
-        unroll<D>([&](auto i) FIRN_LAMBDA { plain_values.v[i] = plain(principal.v[i]); });
-        const Mat<T, D> value = spectral(directions, plain_values);
-        Mat<S, D> result = symmetric_product(U * X, transpose(U));
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { result.m[k] = with_value(result.m[k], value.m[k]); });
-        return result;
+        return turned_back(directions, principal, off);
     }
 };
 
@@ -155,5 +162,62 @@ FIRN_INLINE Mat<S, D> isotropic_function(const Mat<S, D>& F, const Principal<S, 
     });
 }
 /// @}
+
+/// A symmetric matrix A = U diag(a) Uᵀ, for functions whose values each depend on all principal values a. With dual
+/// numbers the derivatives are right for equal and nearly equal values, too.
+template <class S, int D>
+class PrincipalForm {
+public:
+    Vec<S, D> values;  ///< a, in descending order; has the unit of A. The derivative of aᵢ is (Uᵀ dA U)ᵢᵢ
+
+    /// Decomposes A.
+    FIRN_INLINE explicit PrincipalForm(const Mat<S, D>& A) {
+        if constexpr (has_derivatives<S>) {
+            Mat<T, D> value;
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { value.m[k] = plain(A.m[k]); });
+            const PrincipalAxes<T, D> axes = principal_axes(value);
+            directions_ = axes.directions;
+            turned_ = detail::turned_to(directions_, A);
+            unroll<D>([&](auto i) FIRN_LAMBDA { values.v[i] = with_value(turned_(i, i), axes.values.v[i]); });
+        } else {
+            const PrincipalAxes<S, D> axes = principal_axes(A);
+            directions_ = axes.directions;
+            values = axes.values;
+        }
+    }
+
+    /// Returns U diag(d) Uᵀ for changes d of the principal values. It is exactly symmetric. d is a function of A that
+    /// turns with A.
+    /// \param joined  joined(i, j), for i < j, returns the mask of where the change makes aᵢ and aⱼ equal, aᵢ + dᵢ = aⱼ
+    ///                + dⱼ, for all A near this one
+    template <class Joined>
+    FIRN_INLINE Mat<S, D> changes(const Vec<S, D>& d, const Joined& joined) const {
+        if constexpr (has_derivatives<S>) {
+            // The divided difference (dᵢ − dⱼ)/(aᵢ − aⱼ) is −1 where the values join. Where they do not and are equal,
+            // so are dᵢ and dⱼ, and remain equal nearby.
+            return detail::turned_back(directions_, d, [&](int i, int j) FIRN_LAMBDA {
+                const T apart = plain(values.v[i]) - plain(values.v[j]);
+                const T quotient = (plain(d.v[i]) - plain(d.v[j])) / select(apart == T(0), T(1), apart);
+                return with_value(turned_(i, j), T(0)) * S(select(joined(i, j), T(-1), quotient));
+            });
+        } else {
+            return spectral(directions_, d);
+        }
+    }
+
+private:
+    template <class X>
+    static auto value_of(const X& x) {
+        if constexpr (has_derivatives<X>)
+            return std::remove_cvref_t<decltype(plain(x))>();
+        else
+            return X();
+    }
+    using T = decltype(value_of(std::declval<S>()));
+    struct Nothing {};
+
+    Mat<T, D> directions_;                                               ///< U, without derivatives
+    std::conditional_t<has_derivatives<S>, Mat<S, D>, Nothing> turned_;  ///< Uᵀ A U
+};
 
 }  // namespace firn::inline FIRN_BUILD
