@@ -1,6 +1,6 @@
 //! # Materials
 //!
-//! A material says what stress a deformation causes. firn has eight materials, and firn::NoStress for the points of nets on a grid. Each is a small struct of parameters.
+//! A material says what stress a deformation causes. firn has nine materials, and firn::NoStress for the points of nets on a grid. Each is a small struct of parameters.
 //! Its page in the reference gives the formula and the paper.
 //!
 //! | material | models | you give |
@@ -10,7 +10,8 @@
 //! | firn::Hencky | an elastic solid in logarithmic strain: the base of the materials that flow | E, ν |
 //! | firn::VonMises | metal, clay for modelling: flows where the shear stress reaches a limit | E, ν, yield stress |
 //! | firn::Sand | dry sand: bears shear only under pressure (Drucker and Prager) | E, ν, friction angle |
-//! | firn::Nacc | soil, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
+//! | firn::MohrCoulomb | soil, soft rock: cohesion and friction, dilatancy, a tension cut-off, softening | E, ν, c, φ, ψ, t |
+//! | firn::Nacc | mud, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
 //! | firn::Snow | snow: hardens when crushed, breaks when stretched | E, ν, two critical strains |
 //! | firn::Fluid | water, honey: has pressure and viscosity, keeps no shape | bulk modulus, viscosity |
 //!
@@ -97,6 +98,38 @@ int main() {
 //! the contact both turn at about 1100 °/s. It bounces off sooner, and so has turned for longer. After equal numbers of
 //! steps it has turned far less, because its time step is shorter. Both forms of force show the same
 //! (`--force weight_gradient`).
+//!
+//! ## Soil
+//!
+//! Tests of soil give a cohesion c and a friction angle φ: on a plane under the pressure p, soil bears the shear stress
+//! c + p tan φ. That is firn::MohrCoulomb. Its other parameters:
+//!
+//! | property | meaning | where it comes from |
+//! | --- | --- | --- |
+//! | `dilatancy_angle` ψ | sheared soil gains sin ψ of volume per shear; at most φ | loose soil and clay: 0; dense sand: φ − 30° |
+//! | `tension` | largest tension; without it c cot φ, which is more than soil bears | 0, unless it was measured |
+//! | `residual_cohesion`, `residual_friction_angle`, `residual_dilatancy_angle`, `softening_strain` | values after a plastic shear strain of `softening_strain`; they fall linearly until then | tests with a large shear |
+//!
+//! ```cpp
+//! const auto clay = firn::MohrCoulomb<double>::from_properties({.young = 1e7,
+//!                                                               .poisson = 0.3,
+//!                                                               .cohesion = 2e4,
+//!                                                               .friction_angle = firn::degrees(22),
+//!                                                               .tension = 4e3,
+//!                                                               .residual_cohesion = 2e3,
+//!                                                               .residual_friction_angle = firn::degrees(15),
+//!                                                               .softening_strain = 2});
+//! ```
+//!
+//! Soil that softens slides in bands, about as wide as a cell: on a finer grid less work breaks it. firn::SofteningBand
+//! takes the width of a band in nature, and scales the softening strain by the cell size. The work of a band is then
+//! that of every grid: `firn::SofteningBand<firn::MohrCoulomb<double>>{clay, 0.02}`. A run in two dimensions is a cut
+//! through a long slope if its material is firn::PlaneStrain of that.
+//!
+//! Take firn::MohrCoulomb for slopes, pits, footings and walls that hold soil. Do not take it for dry sand that flies
+//! apart and lands: it bears pressure as soon as torn matter is pressed, although the gap is still open, which
+//! firn::Sand remembers. Nor for soil that pressure compacts (firn::Nacc), nor for clay without drainage, whose strength
+//! does not depend on pressure (firn::VonMises costs less). It does not know pore water.
 //!
 //! ## In a simulation
 //!

@@ -35,6 +35,12 @@ TEST_CASE("In plane strain every material moves as a slab between mirrored walls
             Sand<double>::from_properties({.young = 1e6, .poisson = 0.3, .friction_angle = degrees(30)}), 2,
             [](const auto& s) { return s.plastic_strain > 0.001; }, 0.5);
     }
+    SECTION("Mohr–Coulomb") {
+        check(
+            MohrCoulomb<double>::from_properties(
+                {.young = 1e6, .cohesion = 3e3, .dilatancy_angle = degrees(5), .tension = 2e3}),
+            2, [](const auto& s) { return s.plastic_strain > 0.001; }, 0.5);
+    }
     // Where the pressure reaches the tip of its ellipse, NACC jumps to no shear, and rounding decides on which step:
     // the first particle does after 400 steps.
     SECTION("NACC") {

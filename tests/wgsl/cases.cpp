@@ -8,6 +8,7 @@
 #include <firn/field/attraction.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
@@ -674,6 +675,9 @@ int main(int count, char** words) {
         write_falling(root);
         write_arriving(root);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});
+        write_case<3, Apic, MlsForce>(root, "3d_mohr_coulomb", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,
+                                      MohrCoulomb<float>::from_properties(
+                                          {.young = 1e5, .cohesion = 500, .tension = 300, .softening_strain = 0.1}));
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);

@@ -11,6 +11,7 @@
 #include <firn/kernel/linear.hpp>
 #include <firn/material/dissipating.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/von_mises.hpp>
@@ -169,6 +170,7 @@ void materials(const Corner<D>& corner) {
     of("Sand", Sand<float>{});
     of("VonMises", VonMises<float>{});
     of("Nacc", Nacc<float>{});
+    of("MohrCoulomb", MohrCoulomb<float>{});
     of("Fluid", Fluid<float>::from_properties({.viscosity = 5}));
     of("Dissipating", Dissipating<VonMises<float>>{});
     of("PerParticle", PerParticle<Sand<float>, "mu", "lambda">{});

@@ -94,7 +94,7 @@ struct PlaneStrain : Model {
     template <int D>
         requires(D == 2 && has_returned_with_stress<Model, 3>)
     FIRN_INLINE StateAndStress<State, S, D> returned_with_stress(const State& trial) const {
-        const auto after = model().returned_with_stress(trial);
+        const auto after = model().template returned_with_stress<3>(trial);
         return {after.state, detail::in_plane(after.stress)};
     }
     /// Kirchhoff stress τ in the plane [Pa].

@@ -26,6 +26,8 @@ TEST_CASE("gradients through viscous fluid, and through snow, metal and sand tha
     check<2>(Snow<double>::from_properties({}), 1, 0.03);
     check<2>(VonMises<double>::from_properties({.young = 1e5, .yield_stress = 1e3, .hardening = 1e3}), 1, 0.03);
     check<3>(Sand<double>::from_properties({.young = 1e5}), 0.97, 0.03);
+    check<3>(MohrCoulomb<double>::from_properties({.young = 1e5, .cohesion = 500, .dilatancy_angle = degrees(10)}),
+             0.97, 0.03);
 }
 
 }  // namespace materials_gradient_tests

@@ -18,6 +18,10 @@ TEST_CASE("Von Mises goes on to the same bits, threads changed at the restart", 
 TEST_CASE("Cam clay goes on to the same bits, threads changed at the restart", "[io][restart]") {
     goes_on_with<Coloured>(Nacc<float>::from_properties({.young = 1e5}));
 }
+TEST_CASE("Soil that softens goes on to the same bits, threads changed at the restart", "[io][restart]") {
+    goes_on_with<Coloured>(
+        MohrCoulomb<float>::from_properties({.young = 1e5, .cohesion = 2e3, .softening_strain = 0.1}));
+}
 TEST_CASE("A fluid goes on to the same bits, threads changed at the restart", "[io][restart]") {
     goes_on_with<Coloured, Aflip<float>>(Fluid<float>::from_properties({.viscosity = 0.5}));
 }

@@ -74,6 +74,19 @@ TEST_CASE("parameters that were given directly and are of no use are refused", "
     check_each<VonMises<float>>({plastic_shear, lambda, {0, -1}, {-1}});
     check_each<Snow<float>>({shear, lambda, {0, -1, 1.1}, {0.9, -1}, {-1}, {-1}});
     check_each<Sand<float>>({plastic_shear, lambda, {-0.1, 1.6}, {-1, 1}, {-1}, {}});
+    check_each<MohrCoulomb<float>>(
+        {plastic_shear, lambda, {-1}, {-0.1, 1.6}, {-0.1, 0.5}, {-1, 1e39}, {-1}, {-0.1, 1.6}, {-0.1, 0.5}, {-1}});
+    check_each<SofteningBand<MohrCoulomb<float>>>({plastic_shear,
+                                                   lambda,
+                                                   {-1},
+                                                   {-0.1, 1.6},
+                                                   {-0.1, 0.5},
+                                                   {-1, 1e39},
+                                                   {-1},
+                                                   {-0.1, 1.6},
+                                                   {-0.1, 0.5},
+                                                   {-1},
+                                                   {0, -1}});
     check_each<Nacc<float>>({plastic_shear, lambda, {-0.1, 1}, {-1}, {-1, 0}, {0.1}});
     check_each<Fluid<float>>({{0, -1, 1e39}, {0, 0.9, 16}, {-1}, {-1}});
     check_each<Own<float>>({{-1, 1e39}});

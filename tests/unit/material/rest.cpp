@@ -4,6 +4,7 @@
 #include "support/materials.hpp"
 #include <firn/material/dissipating.hpp>
 #include <firn/material/fluid.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
@@ -133,6 +134,9 @@ TEMPLATE_TEST_CASE("what a state gathers stands at rest, after every loading", "
     check_everywhere<S>(Snow<S>{});
     check_everywhere<S>(VonMises<S>::from_properties({.yield_stress = 2e3}));
     check_everywhere<S>(VonMises<S>::from_properties({.yield_stress = 2e3, .hardening = 1e5}));
+    check_everywhere<S>(MohrCoulomb<S>::from_properties(
+        {.young = 1e6, .cohesion = 2e3, .dilatancy_angle = degrees(10), .tension = 1e3}));
+    check_everywhere<S>(MohrCoulomb<S>::from_properties({.young = 1e6, .cohesion = 2e3, .softening_strain = 0.3}));
     // Clay that softens goes on to soften until its stress lies in its new ellipse: by less than the strain that its
     // largest tension has (β p₀ / κ = 0.012 here).
     check_everywhere<S>(Nacc<S>{}, 0.02);

@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/materials.hpp"
 #include <firn/material/dissipating.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
@@ -136,6 +137,10 @@ TEMPLATE_TEST_CASE("The stress that comes with a return is that of the state", "
     check_stress<3>(sand);
     check_stress<2>(clay);
     check_stress<3>(clay);
+    const MohrCoulomb<S> soil = MohrCoulomb<S>::from_properties(
+        {.young = 1e6, .dilatancy_angle = degrees(10), .tension = 5e3, .softening_strain = 0.3});
+    check_stress<2>(soil);
+    check_stress<3>(soil);
     check_stress<2>(Nacc<S>{});
     check_stress<3>(Nacc<S>{});
 }
@@ -143,6 +148,7 @@ TEMPLATE_TEST_CASE("The stress that comes with a return is that of the state", "
 TEST_CASE("G2P stores the stress of the states it stores, where both come at once") {
     check_g2p(Sand<float>{});
     check_g2p(VonMises<float>::from_properties({.yield_stress = 2e3}));
+    check_g2p(MohrCoulomb<float>::from_properties({.young = 1e6, .cohesion = 1e3, .tension = 1e3}));
     check_g2p(PerParticle<Sand<float>, "mu">{});
     check_g2p(Dissipating<Sand<float>>{});
     check_g2p(Nacc<float>{});
@@ -153,6 +159,7 @@ TEMPLATE_TEST_CASE("A wrapped model, too, gives state and stress at once", "", f
     check_wrapped<3>(Sand<S>{});
     check_wrapped<2>(Sand<S>{});
     check_wrapped<3>(VonMises<S>::from_properties({.yield_stress = 2e3}));
+    check_wrapped<3>(MohrCoulomb<S>::from_properties({.young = 1e6, .cohesion = 2e3, .softening_strain = 0.3}));
 }
 
 TEST_CASE("Only the model that defines state and stress at once is asked for them, not one that inherits from it") {

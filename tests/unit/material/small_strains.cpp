@@ -4,6 +4,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/sand.hpp>
@@ -73,6 +74,8 @@ TEST_CASE("Every material follows 5,000 to 50,000 steps that strain by less than
     check<Hencky>(1e-3);
     check<VonMises>(1e-3);
     check<VonMises>(-5e-2 * 2e-1);  // beyond the yield stress: the return follows, too
+    check<MohrCoulomb>(1e-3);
+    check<MohrCoulomb>(5e-3);  // beyond the tension that its cohesion bears
     check<Sand>(-1e-3);
     check<Snow>(-1e-3);
     check<Nacc>(-1e-3);

@@ -8,6 +8,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/sand.hpp>
@@ -131,6 +132,9 @@ TEMPLATE_TEST_CASE_SIG("dual numbers give the derivative of every material, at e
     require_tangents<D>(Snow<double>::from_properties({}), 1.4e5, {0.9, 0.95, 1.1, 1.3});
     // At equal stretches von Mises has no shear and is elastic; with 0.04 between them it flows.
     require_tangents<D>(VonMises<double>::from_properties({}), 1e6, {0.5, 0.9, 1.3});
+    // Under pressure, like von Mises. Where equal strains flow, the plastic strain has no derivative: mohr_coulomb.cpp.
+    require_tangents<D>(MohrCoulomb<double>::from_properties({.young = 1e6, .dilatancy_angle = degrees(10)}), 1e6,
+                        {0.5, 0.9});
     require_tangents<D>(Sand<double>::from_properties({}), 1e6, {0.5, 0.9, 1.3});
     require_tangents<D>(Nacc<double>::from_properties({}), 1e6, {0.5, 0.8, 1.3});
     require_tangents<D>(Dissipating<Sand<double>>{Sand<double>::from_properties({})}, 1e6, {0.5, 1.3});
