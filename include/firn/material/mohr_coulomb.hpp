@@ -6,6 +6,8 @@
 #include <firn/material/hencky.hpp>
 #include <firn/math/trigonometric.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace firn::inline FIRN_BUILD {
@@ -136,6 +138,25 @@ struct MohrCoulomb {
         check_strength({double(cohesion), double(friction_angle), double(dilatancy_angle)},
                        {double(residual_cohesion), double(residual_friction_angle), double(residual_dilatancy_angle)},
                        double(tension), double(softening_strain));
+    }
+
+    /// Returns this soil with less strength: c and tan φ are divided by a factor, and ψ is at most φ. The tension
+    /// cut-off stays. \see factor_of_safety
+    /// \throws parameter_error  unless the factor is positive and finite
+    MohrCoulomb weakened(double factor) const
+        requires std::floating_point<S>
+    {
+        if (!(factor > 0) || !std::isfinite(factor))
+            throw parameter_error(sentence("Strength is divided by ", factor, "; give a positive, finite factor."));
+        MohrCoulomb weak = *this;
+        const auto reduced = [&](S angle) { return S(std::atan(std::tan(double(angle)) / factor)); };
+        weak.cohesion = S(double(cohesion) / factor);
+        weak.residual_cohesion = S(double(residual_cohesion) / factor);
+        weak.friction_angle = reduced(friction_angle);
+        weak.residual_friction_angle = reduced(residual_friction_angle);
+        weak.dilatancy_angle = std::min(dilatancy_angle, weak.friction_angle);
+        weak.residual_dilatancy_angle = std::min(residual_dilatancy_angle, weak.residual_friction_angle);
+        return weak;
     }
 
     /// The elastic solid with the moduli of this soil.

@@ -3,6 +3,7 @@
 #include "support/effort.hpp"
 #include "support/materials.hpp"
 #include "support/message.hpp"
+#include <firn/material/check.hpp>
 #include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/softening_band.hpp>
 
@@ -588,6 +589,24 @@ TEST_CASE("inverted soil that yields becomes upright", "[material]") {
         state.F(0, 0) = first;
         check_upright(model.returned(state).F, 1e-5, 0.5);
     }
+}
+
+TEST_CASE("A weakened soil has its cohesion and the tangent of its friction angle divided") {
+    const auto soil = MohrCoulomb<double>::from_properties({.cohesion = 1e4,
+                                                            .friction_angle = degrees(30),
+                                                            .dilatancy_angle = degrees(25),
+                                                            .residual_cohesion = 1e3,
+                                                            .residual_friction_angle = degrees(20),
+                                                            .softening_strain = 0.1});
+    const auto weak = soil.weakened(1.5);
+    CHECK(weak.cohesion == Approx(1e4 / 1.5));
+    CHECK(std::tan(weak.friction_angle) == Approx(std::tan(soil.friction_angle) / 1.5));
+    CHECK(weak.dilatancy_angle == weak.friction_angle);
+    CHECK(weak.residual_cohesion == Approx(1e3 / 1.5));
+    CHECK(std::tan(weak.residual_friction_angle) == Approx(std::tan(soil.residual_friction_angle) / 1.5));
+    CHECK(weak.mu == soil.mu);
+    CHECK_NOTHROW(check_material<3>(weak));
+    CHECK_THROWS_AS(soil.weakened(0), parameter_error);
 }
 
 }  // namespace mohr_coulomb_tests
