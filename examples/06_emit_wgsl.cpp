@@ -19,6 +19,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/per_particle.hpp>
@@ -80,9 +81,9 @@ void for_each(List<T...>, const F& f) {
 using Kernels = List<firn::QuadraticBSpline, firn::Linear, firn::CubicBSpline>;
 using Transfers = List<firn::Apic, firn::Pic>;
 using Forces = List<firn::MlsForce, firn::WeightGradientForce>;
-using Materials =
-    List<firn::FixedCorotated<float>, firn::NeoHookean<float>, firn::Hencky<float>, firn::Snow<float>,
-         firn::Sand<float>, firn::Fluid<float>, firn::VonMises<float>, firn::Nacc<float>, SoftTissue<float>>;
+using Materials = List<firn::FixedCorotated<float>, firn::NeoHookean<float>, firn::Hencky<float>, firn::Snow<float>,
+                       firn::Sand<float>, firn::Fluid<float>, firn::VonMises<float>, firn::Nacc<float>,
+                       firn::ModifiedCamClay<float>, SoftTissue<float>>;
 /// Snow whose strength varies from particle to particle.
 using VariedSnow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
 template <int D>

@@ -55,6 +55,7 @@
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/no_stress.hpp>

@@ -9,6 +9,7 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
@@ -667,6 +668,8 @@ int main(int count, char** words) {
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});
+        write_case<3, Apic, MlsForce>(root, "3d_modified_cam_clay", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,
+                                      ModifiedCamClay<float>{});
         PerParticle<FixedCorotated<float>, "mu"> varied{};
         varied.mu = 4e4F;
         varied.lambda = 6e4F;

@@ -12,6 +12,7 @@
 #include <firn/material/dissipating.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/von_mises.hpp>
@@ -171,6 +172,7 @@ void materials(const Corner<D>& corner) {
     of("VonMises", VonMises<float>{});
     of("Nacc", Nacc<float>{});
     of("MohrCoulomb", MohrCoulomb<float>{});
+    of("ModifiedCamClay", ModifiedCamClay<float>{});
     of("Fluid", Fluid<float>::from_properties({.viscosity = 5}));
     of("Dissipating", Dissipating<VonMises<float>>{});
     of("PerParticle", PerParticle<Sand<float>, "mu", "lambda">{});

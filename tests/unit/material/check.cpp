@@ -88,6 +88,8 @@ TEST_CASE("parameters that were given directly and are of no use are refused", "
                                                    {-1},
                                                    {0, -1}});
     check_each<Nacc<float>>({plastic_shear, lambda, {-0.1, 1}, {-1}, {-1, 0}, {0.1}});
+    check_each<ModifiedCamClay<float>>(
+        {{0, -1}, {0, -1, 0.01, 1}, {0, -1, 0.2}, {-1, 1e6}, {-1, 0}, {0, -1, 6e4}, {0, 9e3}});
     check_each<Fluid<float>>({{0, -1, 1e39}, {0, 0.9, 16}, {-1}, {-1}});
     check_each<Own<float>>({{-1, 1e39}});
     check_each<PerParticle<FixedCorotated<double>, "mu">>({{-1}, {-1e9}});

@@ -54,7 +54,7 @@ void check() {
 
 TEMPLATE_TEST_CASE("a state that is not finite shows in what G2P sums up", "[material]", FixedCorotated<float>,
                    NeoHookean<double>, Hencky<float>, VonMises<float>, Sand<float>, Snow<float>, Nacc<float>,
-                   MohrCoulomb<float>, Fluid<float>) {
+                   MohrCoulomb<float>, ModifiedCamClay<float>, Fluid<float>) {
     check<2, TestType>();
     check<3, TestType>();
 }

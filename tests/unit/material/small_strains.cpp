@@ -5,6 +5,7 @@
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/sand.hpp>
@@ -79,6 +80,7 @@ TEST_CASE("Every material follows 5,000 to 50,000 steps that strain by less than
     check<Sand>(-1e-3);
     check<Snow>(-1e-3);
     check<Nacc>(-1e-3);
+    check<ModifiedCamClay>(-1e-3);
     check<Fluid>(-1e-3);
 }
 
