@@ -78,7 +78,8 @@ const bool added[] = {
     scenes::full() && add_material(sand, "_8m", 126),
     add_material(snow),
     add_material(firn::Nacc<float>::from_properties({.young = young, .poisson = poisson, .consolidation = 20})),
-    add_material(firn::ModifiedCamClay<float>::from_properties({.initial_pressure = 5, .consolidation = 20})),
+    add_material(firn::ModifiedCamClay<float>::from_properties(
+        {.compression = 0.8, .swelling = 0.1, .initial_pressure = 5, .consolidation = 20})),
 };
 
 const bool added_four = [] {

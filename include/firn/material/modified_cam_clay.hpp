@@ -7,6 +7,7 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/math/matrix_functions.hpp>
 
+#include <array>
 #include <cmath>
 
 namespace firn::inline FIRN_BUILD {
@@ -286,131 +287,161 @@ private:
 
     /// What the return needs of a trial state, in the terms of returned_with_stress().
     struct Trial {
-        mask_t<S> coupled;  ///< whether G is proportional to p'
-        mask_t<S> yields;   ///< whether the state lies outside of the ellipse beyond rounding
-        S shear;            ///< s₀ [1]
-        S level;            ///< ℓ [1]
-        S per_t;            ///< M/((6 − D) g) or c: s/t at t = 0 [1]
-        S coupling;         ///< (6 − D)/2 g k [1]
-        S resistance;       ///< a [1]
-        S fall;             ///< 1 − κ*/λ* with G, 0 with g [1]
+        mask_t<S> constant;  ///< whether G is constant
+        mask_t<S> yields;    ///< whether the state lies outside of the ellipse beyond rounding
+        S shear;             ///< s₀ [1]
+        S level;             ///< ℓ [1]
+        S size;              ///< e^ℓ with G [1]
+        S per_t;             ///< c, or M/((6 − D) g): s/t at t = 0 [1]
+        S coupling;          ///< (6 − D)/2 g k [1]
+        S softness;          ///< 1/a [1]
+        S fall;              ///< 1 − κ*/λ* with G, 0 with g [1]
     };
     template <int D>
     FIRN_INLINE Trial trial_of(const Strain<D>& strain, const S& log_volume) const {
         constexpr double rounding = detail::strain_rounding<S>;
+        const S per_swelling = S(1) / swelling;
         const S plastic = compression - swelling;
+        const S hardened = log_volume / plastic;  // −ln(p_c/p_c0)
         const S ratio = swelling / compression;
-        const mask_t<S> coupled = S(0) < shear_ratio;
+        const mask_t<S> constant = S(0) < shear_modulus;
         const S shear = named("shear", sqrt(strain.square * S(2. / (6 - D))));
         const S level =
-            named("level", log(initial_pressure / consolidation) - strain.volumetric / swelling + log_volume / plastic);
+            named("level", log(initial_pressure / consolidation) - strain.volumetric * per_swelling + hardened);
         const S coupling = S((6 - D) * 0.5) * shear_ratio * stiffness();
-        const S modulus = S(6 - D) * select(coupled, S(1), shear_modulus);
-        const S log_first = log(critical_slope * consolidation / modulus) + log_volume + strain.volumetric -
-                            log_volume / plastic + ratio * level;  // ln c
-        const S per_t = select(coupled, critical_slope / (S(6 - D) * select(coupled, shear_ratio, S(1))),
-                               exp(limited(log_first, 80)));
-        // A state yields where the ellipse through its stress, of the size p' (1 + t²), is larger than that of p_c.
-        // Strains that are only rounding are left out.
+        // A state yields where x² + y² > x, with x = p'/p_c and y = q/(M p_c). Strains that are only rounding are left
+        // out.
         const S outer = max(shear - S(2 * rounding), S(0)) * shear;
-        const S of_pressure = exp(limited(level + coupling * outer, 40));
-        const S of_shear = exp(limited((ratio + ratio - S(1)) * level - (log_first + log_first), 60));
-        const S per_square = select(coupled, of_pressure / (per_t * per_t), of_shear);
-        const mask_t<S> yields = S(1) + S(rounding) / swelling < of_pressure + per_square * outer;
-        return {coupled,
-                yields,
-                shear,
-                level,
-                per_t,
-                coupling,
-                compression / (swelling * plastic),
-                select(coupled, S(0), S(1) - ratio)};
+        const S x = exp(limited(level + coupling * outer, 30));
+        S per_t = critical_slope / (S(6 - D) * select(constant, S(1), shear_ratio));
+        S steepness = x / per_t;  // y/s
+        if (any(constant)) {
+            const S exponent = max(log_volume + strain.volumetric - hardened, S(-60));  // of J p_c/p_c0
+            const S modulus = S(6 - D) * select(constant, shear_modulus, S(1));
+            const S unlimited = modulus / (critical_slope * consolidation * exp(limited(exponent, 60)));
+            steepness = select(constant, limited(unlimited, 1e15), steepness);
+            per_t = select(constant, exp(limited(ratio * level, 60)) / unlimited, per_t);
+        }
+        const mask_t<S> yields = x + S(rounding) * per_swelling * x < x * x + steepness * steepness * outer;
+        return {
+            constant, yields, shear, level, x, per_t, coupling, ratio * plastic, select(constant, S(1) - ratio, S(0))};
     }
 
-    /// The equation of the return at one z, and what belongs to this z.
+    /// The equation of the return at one z, and what belongs to this z, with derivatives by z.
     struct Flow {
-        S value, slope;  ///< M (1 − z²)(s₀ − s) − 2 z |Δv_p|, and its derivative by z
-        S t;             ///< t
-        S ratio;         ///< s/t
-        S compaction;    ///< −Δv_p
+        S value, slope;                 ///< M (1 − z²)(s₀ − s) − 2 z |Δv_p|
+        S t, t_by_z;                    ///< t
+        S ratio, ratio_by_z;            ///< s/t
+        S compaction, compaction_by_z;  ///< −Δv_p
     };
     FIRN_INLINE Flow flow_at(const Trial& own, const mask_t<S>& wet, const S& z) const {
-        const S t = select(wet, z, S(1) / select(wet, S(1), z));
+        const S round = S(1) + z * z;
+        const S per_both = S(1) / (select(wet, S(1), z) * round);  // one division for 1/z and 1/(1 + z²)
+        const S t = select(wet, z, per_both * round);
         const S t_by_z = select(wet, S(1), -(t * t));
-        const S sign = select(wet, S(1), S(-1));
-        const S size = S(1) + t * t;
-        const S log_size = log(size);
-        const S ratio = own.per_t * exp(-(own.fall * log_size));
+        const S log_size = log(S(1) + t * t);
+        const S log_by_z = S(2) * per_both * select(wet, z, S(-1));
+        S ratio = own.per_t;
+        if (any(own.constant)) ratio = ratio * exp(-(own.fall * log_size));
+        const S ratio_by_z = -(own.fall * ratio * log_by_z);
         const S s = ratio * t;
-        const S log_by_t = (t + t) / size;
-        const S s_by_z = ratio * (S(1) - own.fall * t * log_by_t) * t_by_z;
-        const S signed_compaction = (own.level + own.coupling * s * s + log_size) / own.resistance;
-        const S compaction_by_z = (S(2) * own.coupling * s * s_by_z + log_by_t * t_by_z) / own.resistance;
-        const auto turns = wet | (S(1 / steepest) < z);
+        const S s_by_z = ratio * t_by_z + ratio_by_z * t;
+        const S compaction = (own.level + own.coupling * s * s + log_size) * own.softness;
+        const S compaction_by_z = (S(2) * own.coupling * s * s_by_z + log_by_z) * own.softness;
+
+        const S sign = select(wet, S(1), S(-1));
+        const mask_t<S> turns = wet | (S(1 / steepest) < z);
         const S held = select(turns, z, S(1 / steepest));
         const S side = critical_slope * (S(1) - held * held);
-        const S value = side * (own.shear - s) - S(2) * held * sign * signed_compaction;
-        const S by_direction = z * critical_slope * (own.shear - s) + sign * signed_compaction;
-        const S slope = -(S(2) * (select(turns, by_direction, S(0)) + held * sign * compaction_by_z) + side * s_by_z);
-        return {value, slope, t, ratio, signed_compaction};
+        const S value = side * (own.shear - s) - S(2) * held * sign * compaction;
+        const S by_direction = select(turns, z * critical_slope * (own.shear - s) + sign * compaction, S(0));
+        const S slope = -(S(2) * (by_direction + held * sign * compaction_by_z) + side * s_by_z);
+        return {value, slope, t, t_by_z, ratio, ratio_by_z, compaction, compaction_by_z};
+    }
+
+    /// Where Newton's method starts, and where it has no work.
+    struct Start {
+        S z,              ///< z
+            lowest;       ///< a z at which the equation is not negative
+        mask_t<S> apart;  ///< whether the clay comes apart: s = 0, with the steepest flow
+    };
+    static constexpr double steep = 0.5 * (steepest - 1 / steepest);  // −Δv_p/Δs of the steepest flow, per M
+    FIRN_INLINE Start start_of(const Trial& own, const mask_t<S>& wet) const {
+        const S pull = critical_slope * own.shear / own.softness;  // a M s₀
+        const S gap = max(-own.level, S(0));
+        const S trial_t = sqrt(max(S(1) / max(own.size, S(1e-35)) - S(1), S(0)));  // with G: where p' is the trial's
+
+        // Wet: the lowest of some estimates, each of which is close where one term of the equation is small.
+        const S lowest = select(own.constant, min(trial_t, S(1)), S(0));
+        const S drag = critical_slope * own.per_t + S(2) * own.softness * max(own.level, S(0));
+        const S linear = critical_slope * own.shear / max(drag, S(detail::least_square));
+        const S estimate = min(min(linear, S(0.9)), lowest + sqrt(sqrt(pull)));
+        Start start{max(lowest, estimate), lowest, S(1) < S(0)};
+
+        // Dry: the largest of the lower bounds of z; from there Newton's method rises to the solution.
+        const mask_t<S> dry = own.yields & !wet;
+        if (any(dry)) {
+            const S normal_t = S(1) + (gap + gap) / select(S(0) < pull, pull, S(1));
+            const mask_t<S> turns = normal_t < S(steepest);
+            const S log_held_t = S(0.5) * (gap - S(steep) * pull);  // of t with the steepest flow and s = 0
+            const S of_constant = select(turns, min(trial_t, normal_t), exp(limited(log_held_t, 20)));
+            const S coupling = select(own.constant, S(1), own.coupling);
+            const S of_coupled = min(sqrt(gap / coupling), own.shear) / own.per_t;
+            const S t = select(own.constant, of_constant, select(turns, min(normal_t, of_coupled), of_coupled));
+            start.z = select(dry, S(1) / max(t, S(1)), start.z);
+            start.lowest = select(dry, S(0), start.lowest);
+            const mask_t<S> flat = own.constant & (S(20) < log_held_t);
+            start.apart = dry & flat & !turns;
+        }
+        return start;
     }
     struct Returned {
         S kept;        ///< what is left of dev ε, as a part of it [1]
         S compaction;  ///< −Δv_p [1]
     };
     FIRN_INLINE Returned flow_of(const Trial& own) const {
-        const S at_critical = own.level + own.coupling * own.per_t * own.per_t;
-        const auto wet = S(-0.69314718055994530942) < select(own.coupled, at_critical, own.level);
-        const S pull = own.resistance * critical_slope * own.shear;  // a M s₀
+        const S coupled_level = own.level + own.coupling * own.per_t * own.per_t;
+        const mask_t<S> wet =
+            S(-0.69314718055994530942) < select(own.constant, own.level, coupled_level);  // −Δv_p > 0 at t = 1
+        const Start start = start_of(own, wet);
+        const mask_t<S> solves = own.yields & !start.apart;
 
-        // Where the start is. Wet: between the trial's own t (with G) and the roots of simpler equations. Dry: at the
-        // largest of the lower bounds of z; from there Newton's method rises to the solution.
-        const S gap = max(-own.level, S(0));
-        const S trial_size = exp(limited(gap, 80));
-        const S trial_t = sqrt(trial_size - S(1));
-        const S lowest = select(own.coupled, S(0), min(trial_t, S(1)));
-        const S linear = pull / max(critical_slope * own.resistance * own.per_t + S(2) * max(own.level, S(0)),
-                                    S(detail::least_square));
-        const S root = sqrt(sqrt(pull));
-        const S of_wet = max(lowest, min(min(linear, max(lowest, S(0.5))), lowest + root * sqrt(root)));
-        const S some = select(S(0) < own.shear, own.shear, S(1));
-        const S normal_t = S(1) + (gap + gap) / select(S(0) < pull, pull, S(1));
-        const auto turns = normal_t < S(steepest);
-        constexpr double steep = 0.5 * (steepest - 1 / steepest);  // −Δv_p/Δs per M
-        const S log_held_t = S(0.5) * (gap - S(steep) * pull);     // of t with the steepest flow and s = 0
-        const S of_coupling = sqrt(gap / (select(own.coupled, own.coupling, S(1)) * own.per_t * own.per_t));
-        const S of_coupled =
-            min(min(of_coupling, own.shear / own.per_t), select(turns, min(trial_t, normal_t), trial_t));
-        const S of_constant = select(turns, min(trial_t, normal_t), exp(limited(log_held_t, 20)));
-        const S of_dry = S(1) / max(select(own.coupled, of_coupled, of_constant), S(1));
-        const auto apart = !own.coupled & !wet & !turns & (S(20) < log_held_t);
-
-        const Vec<S, 3> start{select(wet, of_wet, of_dry), select(wet, lowest, S(0)), S(1)};
-        constexpr double near = sizeof(value_type_t<S>) == 4 ? 1e-3 : 1e-6;
-        const Vec<S, 3> found = repeat_while<16>(start, [&](Vec<S, 3>& bracket) FIRN_LAMBDA {
+        // Of z and its bracket; and t, s/t and −Δv_p after the last step, whose derivatives are those of the solution.
+        using Numbers = std::array<Vec<S, 3>, 2>;
+        constexpr double near = sizeof(value_type_t<S>) == 4 ? 3e-4 : 1e-9;
+        const Numbers first{Vec<S, 3>{start.z, start.lowest, S(1)}, Vec<S, 3>{S(1), S(1), S(0)}};
+        const Numbers found = repeat_while<16>(first, [&](Numbers& numbers) FIRN_LAMBDA {
+            Vec<S, 3>& bracket = numbers[0];
             const S z = bracket.v[0];
             const Flow flow = flow_at(own, wet, z);
-            const auto below = S(0) < flow.value;
+            const mask_t<S> below = S(0) < flow.value;
             const S low = select(below, z, bracket.v[1]);
             const S high = select(below, bracket.v[2], z);
-            const S newton = z - flow.value / select(flow.slope < S(0), flow.slope, S(-1));
-            const auto inside = (low <= newton) & (newton <= high) & (flow.slope < S(0));
+            const mask_t<S> falls = flow.slope < S(0);
+            const S step = -(flow.value / select(falls, flow.slope, S(-1)));
+            const S newton = z + step;
+            const mask_t<S> above = low <= newton;
+            const mask_t<S> inside = falls & above & (newton <= high);
             const S next = select(inside, newton, S(0.5) * (low + high));
-            const auto goes_on = own.yields & !apart & (S(near) * z < abs(next - z));
+            const mask_t<S> moves = S(near) * z < abs(next - z);
+            const mask_t<S> goes_on = solves & moves;
             bracket = {select(goes_on, next, z), select(goes_on, low, bracket.v[1]),
                        select(goes_on, high, bracket.v[2])};
+            numbers[1] = {flow.t + flow.t_by_z * step, flow.ratio + flow.ratio_by_z * step,
+                          flow.compaction + flow.compaction_by_z * step};
             return goes_on;
         });
-        // The last step of Newton's method has the derivative of the solution.
-        const Flow last = flow_at(own, wet, found.v[0]);
-        const S z = found.v[0] - last.value / select(last.slope < S(0), last.slope, S(-1));
-        const Flow flow = flow_at(own, wet, z);
+        const S t = found[1].v[0];
+        const S ratio = found[1].v[1];
+        const S compaction = found[1].v[2];
         // s/s₀ is s by s₀, and near t = 0, where both are 0, it comes from the equation.
-        const S side = critical_slope * (S(1) - flow.t * flow.t) * flow.ratio;
-        const auto round = flow.t < S(0.5);
-        const S of_equation = side / select(round, max(side + S(2) * flow.compaction, S(detail::least_square)), S(1));
-        const S kept = select(round, of_equation, flow.ratio * flow.t / some);
-        return {select(apart, S(0), kept), select(apart, -(S(steep) * critical_slope * own.shear), flow.compaction)};
+        const mask_t<S> round = t < S(0.5);
+        const S side = select(round, critical_slope * (S(1) - t * t) * ratio, S(0));
+        const S whole = select(round, max(side + S(2) * compaction, S(detail::least_square)), S(1));
+        const S some = select(S(0) < own.shear, own.shear, S(1));
+        const S kept = select(round, side / whole, ratio * t / some);
+        return {select(start.apart, S(0), kept),
+                select(start.apart, -(S(steep) * critical_slope * own.shear), compaction)};
     }
 
     static void check_pressures(double initial, double highest) {

@@ -20,7 +20,7 @@ ModifiedCamClayProperties coupled(double initial, double consolidation) {
 ModifiedCamClayProperties constant(double initial, double consolidation) {
     return {.critical_slope = 1.2, .shear_modulus = 3e6, .initial_pressure = initial, .consolidation = consolidation};
 }
-const double lambda_star = 0.1, kappa_star = 0.02, poisson_ratio = 0.3;
+const double lambda_star = 0.1, kappa_star = 0.02;
 
 /// The volume ratio of all deformation.
 template <int D>
