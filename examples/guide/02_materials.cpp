@@ -12,6 +12,8 @@
 //! | firn::Sand | dry sand: bears shear only under pressure (Drucker and Prager) | E, ν, friction angle |
 //! | firn::MohrCoulomb | soil, soft rock: cohesion and friction, dilatancy, a tension cut-off, softening | E, ν, c, φ, ψ, t |
 //! | firn::Nacc | mud, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
+//! | firn::Nacc | soil, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
+//! | firn::ModifiedCamClay | clay by the parameters of a textbook: stiff and strong by its pressure and history | λ, κ, M, e₀ or N, p_c |
 //! | firn::Snow | snow: hardens when crushed, breaks when stretched | E, ν, two critical strains |
 //! | firn::Fluid | water, honey: has pressure and viscosity, keeps no shape | bulk modulus, viscosity |
 //!
@@ -130,6 +132,26 @@ int main() {
 //! apart and lands: it bears pressure as soon as torn matter is pressed, although the gap is still open, which
 //! firn::Sand remembers. Nor for soil that pressure compacts (firn::Nacc), nor for clay without drainage, whose strength
 //! does not depend on pressure (firn::VonMises costs less). It does not know pore water.
+//! ## Clay by the parameters of a textbook
+//!
+//! firn::ModifiedCamClay takes what a soil's laboratory report gives: the slopes λ and κ of compression and swelling in
+//! the plane of v = 1 + e and ln p', the ratio M = q/p' of the critical state, the consolidation pressure p_c, and the
+//! void ratio e₀ of the start or N, the specific volume on the compression line at 1 kPa. The shear modulus is constant,
+//! or proportional to the pressure (from ν, or as the ratio G/p').
+//!
+//! ```cpp
+//! const auto clay = firn::ModifiedCamClay<double>::from_properties(
+//!     {.critical_slope = 0.9, .compression = 0.16, .swelling = 0.06, .specific_volume = 2.86,
+//!      .initial_pressure = 2e4, .consolidation = 5e4});
+//! ```
+//!
+//! Take it for consolidation, bearing capacity and failure of clay and silt whose parameters are known. Take
+//! firn::Nacc for matter with cohesion, or where only E, ν and a strength are known; take firn::Sand for dry sand.
+//!
+//! The stiffness of this clay is p'/κ*, so it has no state without stress. New particles are at `initial_pressure`. A
+//! free body swells until its pressure is what its weight causes, and is thrown apart if it starts far above that. So
+//! start with the pressure of its own weight at half its depth, or less, or with a pressure for each particle by its
+//! depth: `firn::PerParticle<firn::ModifiedCamClay<double>, "initial_pressure", "consolidation">`.
 //!
 //! ## In a simulation
 //!
