@@ -669,7 +669,7 @@ int main(int count, char** words) {
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});
         write_case<3, Apic, MlsForce>(root, "3d_modified_cam_clay", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,
-                                      ModifiedCamClay<float>{});
+                                      ModifiedCamClay<float>::from_properties({.compression = 1.2, .swelling = 0.6}));
         PerParticle<FixedCorotated<float>, "mu"> varied{};
         varied.mu = 4e4F;
         varied.lambda = 6e4F;
