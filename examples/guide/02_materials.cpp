@@ -149,9 +149,9 @@ int main() {
 //! firn::Nacc for matter with cohesion, or where only E, ν and a strength are known; take firn::Sand for dry sand.
 //!
 //! The stiffness of this clay is p'/κ*, so it has no state without stress. New particles are at `initial_pressure`. A
-//! free body swells until its pressure is what its weight causes, and is thrown apart if it starts far above that. So
-//! start with the pressure of its own weight at half its depth, or less, or with a pressure for each particle by its
-//! depth: `firn::PerParticle<firn::ModifiedCamClay<double>, "initial_pressure", "consolidation">`.
+//! free body swells until its pressure is what its weight causes; far above that it flies apart, with up to about
+//! √(2 κ* p'/ρ). So start with the pressure of its own weight at half its depth, or less, or with a pressure for each
+//! particle by its depth: `firn::PerParticle<firn::ModifiedCamClay<double>, "initial_pressure", "consolidation">`.
 //!
 //! ## In a simulation
 //!

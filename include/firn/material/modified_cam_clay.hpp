@@ -55,12 +55,12 @@ struct ModifiedCamClayProperties {
 /// plane, so that q = |σ₁ − σ₂|, and there is no plastic flow out of the plane.
 ///
 /// **New matter is under pressure.** This elasticity has no state without stress, so F = I is at the `initial_pressure`
-/// p'₀ > 0. A body without a load swells by κ* ln(p'₀/p') until p' is what its weight and its load need. Give it a
-/// pressure as its weight will cause, or less; with PerParticle<ModifiedCamClay<S>, "initial_pressure",
-/// "consolidation"> each particle has its own, by its depth. A clay that starts at 50 kPa in a box without a lid
-/// springs out of it. The clay bears no tension: p' of a particle that is pulled apart falls to 0 without a jump, and
-/// it bears pressure again when the gap has closed. p_K counts as at most e³⁰ p'₀, so that the stress of crushed or
-/// inverted matter is finite.
+/// p'₀ > 0. A body without a load swells by κ* ln(p'₀/p') until p' is what its weight and its load need; if nothing
+/// holds it, it flies apart with up to about √(2 κ* p'₀/ρ), 1 m/s from 50 kPa. So give it a pressure as its weight will
+/// cause, or less; with PerParticle<ModifiedCamClay<S>, "initial_pressure", "consolidation"> each particle has its own,
+/// by its depth. The clay bears no tension: p' of a particle that is pulled apart falls to 0 without a jump, and it
+/// bears pressure again when the gap has closed. p_K and p_c count as at most e³⁰ times their first value, so that the
+/// stress of crushed or inverted matter is finite.
 ///
 /// Use ModifiedCamClay for the consolidation, the bearing capacity and the failure of clay whose λ, κ, M and p_c are
 /// known. For matter with cohesion, or for soil whose parameters are not known, use Nacc.
