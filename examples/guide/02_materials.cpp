@@ -1,6 +1,6 @@
 //! # Materials
 //!
-//! A material says what stress a deformation causes. firn has nine materials, and firn::NoStress for the points of nets on a grid. Each is a small struct of parameters.
+//! A material says what stress a deformation causes. firn has ten materials, and firn::NoStress for the points of nets on a grid. Each is a small struct of parameters.
 //! Its page in the reference gives the formula and the paper.
 //!
 //! | material | models | you give |
@@ -12,7 +12,6 @@
 //! | firn::Sand | dry sand: bears shear only under pressure (Drucker and Prager) | E, ν, friction angle |
 //! | firn::MohrCoulomb | soil, soft rock: cohesion and friction, dilatancy, a tension cut-off, softening | E, ν, c, φ, ψ, t |
 //! | firn::Nacc | mud, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
-//! | firn::Nacc | soil, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
 //! | firn::ModifiedCamClay | clay by the parameters of a textbook: stiff and strong by its pressure and history | λ, κ, M, e₀ or N, p_c |
 //! | firn::Snow | snow: hardens when crushed, breaks when stretched | E, ν, two critical strains |
 //! | firn::Fluid | water, honey: has pressure and viscosity, keeps no shape | bulk modulus, viscosity |
@@ -131,7 +130,9 @@ int main() {
 //! Take firn::MohrCoulomb for slopes, pits, footings and walls that hold soil. Do not take it for dry sand that flies
 //! apart and lands: it bears pressure as soon as torn matter is pressed, although the gap is still open, which
 //! firn::Sand remembers. Nor for soil that pressure compacts (firn::Nacc), nor for clay without drainage, whose strength
-//! does not depend on pressure (firn::VonMises costs less). It does not know pore water.
+//! does not depend on pressure (firn::VonMises costs less). Pore water is
+//! firn::Undrained around it. Slopes, ground at rest and factors of safety have a page of their own: [Soils](20_soils.cpp).
+//!
 //! ## Clay by the parameters of a textbook
 //!
 //! firn::ModifiedCamClay takes what a soil's laboratory report gives: the slopes λ and κ of compression and swelling in
@@ -150,8 +151,9 @@ int main() {
 //!
 //! The stiffness of this clay is p'/κ*, so it has no state without stress. New particles are at `initial_pressure`. A
 //! free body swells until its pressure is what its weight causes; far above that it flies apart, with up to about
-//! √(2 κ* p'/ρ). So start with the pressure of its own weight at half its depth, or less, or with a pressure for each
-//! particle by its depth: `firn::PerParticle<firn::ModifiedCamClay<double>, "initial_pressure", "consolidation">`.
+//! √(2 κ* p'/ρ). So start with the pressure of its own weight at half its depth, or less, or let
+//! firn::set_at_rest give each particle the stress of its depth; `firn::PerParticle<firn::ModifiedCamClay<double>,
+//! "consolidation">` gives it a consolidation of its own.
 //!
 //! ## In a simulation
 //!

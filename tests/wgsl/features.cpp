@@ -172,7 +172,6 @@ void materials(const Corner<D>& corner) {
     of("VonMises", VonMises<float>{});
     of("Nacc", Nacc<float>{});
     of("MohrCoulomb", MohrCoulomb<float>{});
-    of("ModifiedCamClay", ModifiedCamClay<float>{});
     of("ModifiedCamClay", ModifiedCamClay<float>::from_properties({.compression = 1.2, .swelling = 0.6}));
     of("Fluid", Fluid<float>::from_properties({.viscosity = 5}));
     of("Dissipating", Dissipating<VonMises<float>>{});
