@@ -136,4 +136,23 @@ TEST_CASE("the time left loses nothing in many steps, and no tiny last step is l
     CHECK(step_within(time_left(0.05), bound).step == 0.05F);
 }
 
+TEST_CASE("the time reached is the sum of the steps, also where a float has no room for one") {
+    for (const double start : {0.0, 0.3, 5000.0}) {
+        const TimeLeft<float> split = time_left(start);
+        TimeReached<float> time{split.high, split.low};
+        double expected = start;
+        for (std::size_t k = 0; k < 100000; ++k) {
+            const float dt = 1e-5F * float(1 + scenes::noise(k));
+            time = time_after(time, dt);
+            expected += double(dt);
+        }
+        CHECK(expected > start + 1);
+        CHECK(double(time.high) + double(time.low) == Approx(expected).epsilon(2e-12));
+        CHECK(time.high == float(double(time.high) + double(time.low)));
+    }
+    const TimeReached<float> first = time_after(TimeReached<float>{0, 0}, 0.1F);
+    CHECK(first.high == 0.1F);
+    CHECK(first.low == 0);
+}
+
 }  // namespace float_steps_tests

@@ -12,6 +12,7 @@
 #include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
+#include <firn/material/plane_strain.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
@@ -26,6 +27,7 @@
 
 #include "../examples/eigen_material.hpp"
 #include "../examples/own_material.hpp"
+#include "asking.hpp"
 #include "scene.hpp"
 
 #include <filesystem>
@@ -128,7 +130,14 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
     const wgsl::Program& program = blocks.program;
-    const wgsl::Inputs inputs = blocks.inputs();
+    wgsl::Inputs inputs = blocks.inputs();
+    if (program.keeps_time) {
+        const TimeLeft<float> time = time_left(simulation.time());
+        std::vector<float> status(std::size_t(program.buffer("status").count));
+        status.at(wgsl::detail::time_word) = time.high;
+        status.at(wgsl::detail::time_low_word) = time.low;
+        inputs.buffers.emplace_back("status", status);
+    }
     std::vector<std::uint32_t> ids;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) ids.push_back(particles.id(slot));
@@ -507,6 +516,32 @@ void write_arriving(const std::filesystem::path& root) {
     std::cout << "2d_arriving: " << inputs.particles << " particles, " << steps << " steps\n";
 }
 
+/// Materials in three dimensions, of simulations in two.
+void write_plane_strain(const std::filesystem::path& root) {
+    const scenes::Matter matter{0.3, 1.0 / 64, 1.0 / 32};
+    write_case<2, Apic, MlsForce>(root, "2d_plane_strain_sand", matter, "step", 50,
+                                  PlaneStrain<Sand<float>>{Sand<float>::from_properties({})});
+    write_case<2, Pic, WeightGradientForce>(root, "2d_plane_strain_mises", matter, "step_sorted", 50,
+                                            PlaneStrain<VonMises<float>>{});
+    write_case<2, Apic, MlsForce, PlaneStrain<FixedCorotated<float>>, QuadraticBSpline, Walls<float, 2>, VolumeFilter>(
+        root, "2d_plane_strain_filtered", matter, "step", 4, {FixedCorotated<float>::from_young_poisson(1e5, 0.3)}, 0,
+        scenes::rough_walls<2>(), {.every = 2});
+}
+
+/// Materials that ask for the surroundings of particles. In steps of a power of two, sums of them are the CPU's.
+void write_asking(const std::filesystem::path& root) {
+    using scenes::Graded, scenes::GradedSand;
+    const scenes::Matter in_plane{0.3, 1.0 / 64, 1.0 / 32}, in_space{0.25, 1.0 / 32, 1.0 / 16};
+    constexpr double dt = 0x1p-13;  // [s]
+    write_case<2, Apic, MlsForce>(root, "2d_asking", in_plane, "step", 50, Graded<float>{}, dt);
+    write_case<3, Flip<>, WeightGradientForce>(root, "3d_asking", in_space, "step_sorted", 20, Graded<float>{}, dt);
+    write_case<2, Apic, MlsForce>(root, "2d_asking_sand", in_plane, "step", 50, GradedSand<float>{}, dt);
+    write_case<2, Aflip<>, MlsForce, PlaneStrain<GradedSand<float>>, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_asking_plane_strain", in_plane, "step", 20, {}, dt);
+    write_case<2, Apic, MlsForce, Graded<float>, QuadraticBSpline, Walls<float, 2>, VolumeFilter>(
+        root, "2d_asking_filtered", in_plane, "step", 20, {}, dt, scenes::rough_walls<2>(), {.every = 2});
+}
+
 /// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
 void write_page_case(const std::filesystem::path& root) {
     scenes::MovingBlocks<3, Apic, MlsForce, FixedCorotated<float>> blocks(
@@ -675,6 +710,8 @@ int main(int count, char** words) {
         varied.lambda = 6e4F;
         write_case<2, Apic, MlsForce>(root, "2d_per_particle", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, varied);
         write_bounded(root);
+        write_plane_strain(root);
+        write_asking(root);
         write_falling(root);
         write_arriving(root);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});

@@ -15,11 +15,13 @@
 #include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
+#include <firn/material/plane_strain.hpp>
 #include <firn/material/von_mises.hpp>
 #include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/webgpu/on_gpu.hpp>
 
+#include "asking.hpp"
 #include "on_gpu_checks.hpp"
 
 #include <algorithm>
@@ -176,6 +178,14 @@ void materials(const Corner<D>& corner) {
     of("Fluid", Fluid<float>::from_properties({.viscosity = 5}));
     of("Dissipating", Dissipating<VonMises<float>>{});
     of("PerParticle", PerParticle<Sand<float>, "mu", "lambda">{});
+    of("a material that asks", scenes::Graded<float>{});
+    of("sand that asks", scenes::GradedSand<float>{});
+    if constexpr (D == 2) {
+        of("PlaneStrain", PlaneStrain<Sand<float>>{});
+        of("PlaneStrain of what asks", PlaneStrain<scenes::GradedSand<float>>{});
+        of("PlaneStrain of a viscous fluid",
+           PlaneStrain<Fluid<float>>{Fluid<float>::from_properties({.viscosity = 5})});
+    }
     corner.has_same_bits(
         "two materials", Materials<Jelly, Fluid<float>>(Jelly::from_young_poisson(2e4, 0.3), {}),
         [&](auto& simulation) {

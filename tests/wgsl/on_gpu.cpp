@@ -757,6 +757,7 @@ int main() {
         refined_transfers();
         volumes_of_two_materials();
         checks::acceleration_fields();
+        checks::materials();
         errors_of_steps();
         out_of_memory();
         what_is_refused();

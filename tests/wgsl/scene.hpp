@@ -145,8 +145,8 @@ inline firn::Collider<firn::DistanceGrid<float, 3>> ramp() {
 template <int D, class State>
 State strained(State state, std::size_t slot, float size) {
     if constexpr (requires { state.F; })
-        for (int k = 0; k < D * D; ++k)
-            state.F.m[k] += size * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
+        for (int k = 0; k < D * D; ++k)  // in the plane, if the state is three-dimensional
+            state.F(k % D, k / D) += size * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
     else
         state.J += 0.01F * float(noise(slot) - 0.5);
     return state;

@@ -4,7 +4,7 @@
 #include <firn/data/memory.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/loops/places.hpp>
-#include <firn/material/surroundings.hpp>
+#include <firn/stage/surroundings.hpp>
 
 namespace firn::inline FIRN_BUILD::detail {
 
@@ -24,7 +24,7 @@ public:
     template <class P>
     FIRN_INLINE Vec<P, D> position(const Vec<P, D>& position, const Vec<P, D>& block) const {
         if constexpr (Positions<View>::in_cells)
-            return cast<P>(lower_) + (block + position) * P(h_);
+            return position_of(cast<P>(lower_), block, position, P(h_));
         else
             return position;
     }
@@ -32,8 +32,7 @@ public:
     template <class P>
     FIRN_INLINE Surroundings<P, D> operator()(const Vec<P, D>& position, const Vec<P, D>& velocity, const P& mass,
                                               const P& volume) const {
-        const auto real = mass > P(0);
-        return {position, velocity, P(h_), P(time_), select(real, mass, P(1)) / select(real, volume, P(1))};
+        return surroundings_of(position, velocity, mass, volume, P(h_), P(time_));
     }
 
 private:

@@ -9,6 +9,11 @@ namespace firn::inline FIRN_BUILD {
 ///
 /// In a step, these are the values at its start. For stresses that are computed before the first step, or after states
 /// were set, the velocity is the particle's own.
+///
+/// A program for a GPU tells the same numbers. It keeps the time as a sum of steps in two floats, and a Simulation on a
+/// GPU sets it at the start of each call. If steps are floats, as FixedPoint::float_steps chooses them, the time has
+/// the CPU's bits but where a sum lies within 2^-48 of the middle of two floats. Of other fixed steps it is the sum of
+/// the nearest floats since the last call.
 template <scalar S, int D>
 struct Surroundings {
     Vec<S, D> position;  ///< position x of the particle [m]

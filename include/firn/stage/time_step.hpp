@@ -104,6 +104,23 @@ inline TimeLeft<float> time_left(double time) {
     return {high, std::isfinite(high) ? float(time - double(high)) : 0};
 }
 
+/// The time that a run has reached [s], in two floats as the time left.
+template <scalar S>
+struct TimeReached {
+    S high;  ///< the time, rounded
+    S low;   ///< what `high` lacks
+};
+
+/// Returns the time after a step, without a compiler's freedom. \see step_within
+/// \param dt  time step [s]
+template <scalar S>
+TimeReached<S> time_after(const TimeReached<S>& before, const S& dt) {
+    const S sum = settled(before.high + dt), of_step = settled(sum - before.high);
+    const S lost = settled(before.high - settled(sum - of_step)) + settled(dt - of_step);
+    const S low = settled(before.low + lost), high = settled(sum + low);
+    return {high, settled(low - settled(high - sum))};
+}
+
 /// Returns how far a velocity of 1 m/s moves matter in a step [cells]: dt / h.
 /// \param dt  time step [s];  \param cell_size  h [m]
 template <scalar S>

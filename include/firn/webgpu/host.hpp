@@ -121,9 +121,9 @@ public:
     /// Clears the error, for particles whose stress is known, in place of initialise().
     /// \param steps  number of steps that the run has taken so far
     /// \param sets   the report of each set of particles, in the order of the uniform "set_number"
-    void begin(std::uint64_t steps, const std::vector<G2PReport>& sets) {
-        std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
-        words.at(1) = no_particle;
+    /// \param time   time that the run has reached [s]
+    void begin(std::uint64_t steps, const std::vector<G2PReport>& sets, double time = 0) {
+        std::vector<std::uint32_t> words = detail::words_at(numbers(program_->buffer("status")), time);
         words.at(17) = std::uint32_t(steps);  // a filter of volume ratios counts them
         for (std::size_t k = 0; k < sets.size(); ++k) {
             const std::size_t of_set = std::size_t{wgsl::detail::first_set_word} + k * wgsl::detail::words_of_set;
@@ -136,22 +136,24 @@ public:
     /// Lets the next step count the places of a set of particles from the blocks in which they are, as the CPU does in
     /// steps that sort.
     void sort_next(std::size_t set) {
-        device_.check();
-        constexpr std::uint32_t sorts = 1;
-        const std::size_t word = std::size_t{wgsl::detail::first_set_word} + set * wgsl::detail::words_of_set;
-        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), word * sizeof sorts, &sorts, sizeof sorts);
+        write_word(std::size_t{wgsl::detail::first_set_word} + set * wgsl::detail::words_of_set, std::uint32_t{1});
     }
 
     /// Sets the largest acceleration of the last step [m/s²], which bounds the next one: for another gravity.
-    void set_acceleration(float size) {
-        device_.check();
-        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), 19 * sizeof size, &size, sizeof size);
+    void set_acceleration(float size) { write_word(19, size); }
+
+    /// Sets the time that the run has reached [s], of which materials may ask.
+    void set_time(double time) {
+        const TimeLeft<float> split = time_left(time);
+        write_word(wgsl::detail::time_word, split.high);
+        write_word(wgsl::detail::time_low_word, split.low);
     }
 
     /// Computes the stress [Pa] of each particle from the particle's state, and clears the error. Call initialise()
     /// before the first step, and again after you have written states of particles.
-    void initialise() {
-        clear_error();
+    /// \param time  time that the run has reached [s]
+    void initialise(double time = 0) {
+        clear_error(time);
         run({"initialise"});
     }
 
@@ -552,10 +554,15 @@ private:
                 sentence("The uniform ", name, " cannot change: the buffers were made for its value."));
     }
 
-    void clear_error() {
-        std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
-        words.at(1) = no_particle;
-        write_buffer("status", words);
+    void clear_error(double time = 0) {
+        write_buffer("status", detail::words_at(numbers(program_->buffer("status")), time));
+    }
+    /// Writes a word of the buffer "status".
+    template <class T>
+    void write_word(std::size_t word, const T& value) {
+        static_assert(sizeof value == sizeof(std::uint32_t));
+        device_.check();
+        wgpuQueueWriteBuffer(device_.queue(), buffer("status"), word * sizeof value, &value, sizeof value);
     }
 
     template <class T>

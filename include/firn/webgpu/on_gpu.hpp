@@ -201,7 +201,7 @@ private:
         step_ = detail::step_of_sets(sets_, device_.sums_by_block());
         std::vector<G2PReport> reports;
         for (const auto& set : simulation_.sets()) reports.push_back(set.report);
-        grid().begin(simulation_.steps(), reports);
+        grid().begin(simulation_.steps(), reports, simulation_.time());
         begin_reactions();
         boundary_.clear();
         forces_.clear();
@@ -260,6 +260,7 @@ private:
         if (is_edited_) upload();
         if (has_failed_) simulation_.prepare();  // throws
         if (!is_ahead_) warn();
+        if (sets_[0].program.keeps_time) grid().set_time(simulation_.time());
         if (simulation_.fixed_time_step > 0)
             take_fixed_steps(duration, last_step);
         else
@@ -559,7 +560,8 @@ private:
 /// material), and loads of a UniformForce, which then are added in float: see FixedPoint::float_steps. Sources, sinks
 /// and lifespans of bodies act on the CPU: where a burst is due, a body ends or a particle may have met a sink, the
 /// particles come there and back. Steps have any acceleration that firn can record, see OnGpu::step(). Reactions are
-/// summed for up to eight parts of the boundary and for loads, see OnGpu::reactions(). Sums must be
+/// summed for up to eight parts of the boundary and for loads, see OnGpu::reactions(). Materials may ask for the
+/// surroundings of particles: for the time, see Surroundings. Sums must be
 /// FixedPoint<std::int32_t>, and steps fixed or chosen in float. What a GPU cannot do is refused in a sentence.
 ///
 /// The device has memory for the blocks of nodes that particles reach, wherever they are, and finds these blocks

@@ -52,13 +52,18 @@ template <class Simulation>
 wgsl::ProgramOptions options_of_set(const Simulation& simulation, std::size_t k, wgsl::GridStorage grid,
                                     wgsl::Arithmetic arithmetic) {
     const auto& set = simulation.sets()[k];
+    bool asks = false;
+    for_materials_of(simulation, [&](const auto& material, std::size_t) {
+        asks = asks || wgsl::program_asks<std::remove_cvref_t<decltype(material)>, Simulation::dimension>;
+    });
     return {.grid = grid,
             .sinks = int(set.sinks.size()),
             .loads = int(list_of_loads(set.loads).size()),
             .several_sets = Simulation::material_count > 1,
             .periodic = is_periodic(simulation.domain()),
             .arithmetic = arithmetic,
-            .reactions = simulation.reactions.has_value()};
+            .reactions = simulation.reactions.has_value(),
+            .keeps_time = asks};
 }
 
 /// Returns the program of a set of particles of a simulation.

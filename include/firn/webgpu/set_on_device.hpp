@@ -90,6 +90,7 @@ struct SetOnDevice {
                 wgsl::make_inputs<D>(program, here, set.particles, dt, device.limits(), blocks, share);
             inputs.set("first_particle", {double(share.first)});
             wgsl::set_sinks(inputs, domain, set.sinks);
+            wgsl::detail::set_corner(inputs, program, domain);  // of which the material is told
             set_uniforms(inputs);
             Chunk& chunk = chunks[c];
             chunk.ids.clear();

@@ -50,6 +50,16 @@ namespace detail {
     throw particle_error(text);
 }
 
+/// Returns the words of the buffer "status" without an error, of a run that has reached a time [s].
+inline std::vector<std::uint32_t> words_at(std::size_t count, double time) {
+    std::vector<std::uint32_t> words(count);
+    words.at(1) = no_particle;
+    const TimeLeft<float> split = time_left(time);
+    words.at(wgsl::detail::time_word) = std::bit_cast<std::uint32_t>(split.high);
+    words.at(wgsl::detail::time_low_word) = std::bit_cast<std::uint32_t>(split.low);
+    return words;
+}
+
 /// Returns the status from the words of the buffer.
 inline Status status_of(const std::vector<std::uint32_t>& words) {
     const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };

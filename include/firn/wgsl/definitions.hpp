@@ -202,6 +202,14 @@ void add_time_step(Module& module) {
                        [](const R& dt) { return cells_per_velocity(dt, detail::cell_size()); });
 }
 
+/// Adds the function time_after, which returns the time after a step. \see stage/time_step.hpp
+inline void add_time(Module& module) {
+    using R = recorded;
+    module.function<TimeReached<R>, R>(
+        "time_after", "firn/stage/time_step.hpp: the time after a step", {"before", "dt"},
+        [](const TimeReached<R>& before, const R& dt) { return time_after(before, dt); });
+}
+
 /// Adds the function acceleration_of, which returns the size of the field's acceleration that limits the time step.
 /// \see stage/grid_update.hpp
 template <int D, class Field>
@@ -450,30 +458,6 @@ void add_averaged_volume(Module& module, const Volume& volume) {
                               });
 }
 
-/// Adds the functions of a volumetric policy that filters volume ratios: share_of, and those of stage/volume_filter.hpp
-/// for one particle.
-template <int D, class Material, class Volume>
-void add_filtered_volume(Module& module, const Material& material, const Volume& volume) {
-    using R = recorded;
-    using Lifted = with_scalar_t<Material, R>;
-    using State = material_state_t<Lifted, D>;
-    const std::string of_volume = std::string(Volume::name) + ", ";
-    const auto model = [&] { return detail::with_uniforms(material, "material"); };
-    module.function<R>("share_of", of_volume + "the share that one pass removes", {"crossed"},
-                       [&](const R& crossed) { return volume.share(crossed); });
-    module.function<State>("volume_change_of", "firn/stage/volume_filter.hpp: J - 1", {"state"},
-                           [](const State& state) { return volume_change(state); });
-    module.function<State, R>(
-        "filtered_volume_of", "firn/stage/volume_filter.hpp: V0 of a particle that takes part, else 0",
-        {"state", "volume"},
-        [&](const State& state, const R& initial) { return filtered_volume(model(), state, initial); });
-    module.function<State, Mat<R, D>, R, R, R, R>(
-        "filtered", "firn/stage/volume_filter.hpp: state and stress after a pass",
-        {"state", "stress", "once", "twice", "volume", "share"},
-        [&](const State& state, const Mat<R, D>& stress, const R& once, const R& twice, const R& taking_part,
-            const R& share) { return filtered_state<D>(model(), state, stress, once, twice, taking_part, share); });
-}
-
 /// The solids of a recorded boundary. \see kept_out_of
 template <class Boundary, int D>
 struct RecordedSolids {
@@ -537,44 +521,6 @@ void add_shifting(Module& module, const Boundary& boundary, const Material&, con
             const auto moved = moved_by(way, R(1), place, V::zero() - corner, detail::uniform_of<V>("cells") - corner);
             return select(sums.excess > R(0), moved.position, place);
         });
-}
-
-/// Adds the functions of the material to the module. These functions return a particle's state after a step, its
-/// Kirchhoff stress [Pa] and its signal speed [m/s].
-template <int D, class Material>
-void add_material(Module& module, const Material& material) {
-    using R = recorded;
-    using V = Vec<R, D>;
-    using State = material_state_t<with_scalar_t<Material, R>, D>;
-    const std::string of_material = std::string(Material::name) + ", ";
-    const auto model = [&] { return detail::with_uniforms(material, "material"); };
-    if constexpr (has_stress_with_state<with_scalar_t<Material, R>, D>)
-        module.function<State, Mat<R, D>>(
-            "updated_with_stress", of_material + "its state after a step and the Kirchhoff stress [Pa] in it",
-            {"state", "velocity_gradient"}, [&](const State& state, const Mat<R, D>& velocity_gradient) {
-                return updated_with_stress(model(), state, velocity_gradient, detail::time_step());
-            });
-    else
-        module.function<State, Mat<R, D>>("updated", of_material + "its state after a step",
-                                          {"state", "velocity_gradient"},
-                                          [&](const State& state, const Mat<R, D>& velocity_gradient) {
-                                              return updated(model(), state, velocity_gradient, detail::time_step());
-                                          });
-    if constexpr (has_rate_dependent_stress<with_scalar_t<Material, R>, D>)
-        module.function<State, Mat<R, D>>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]",
-                                          {"state", "velocity_gradient"},
-                                          [&](const State& state, const Mat<R, D>& velocity_gradient) {
-                                              return stress_of(model(), state, velocity_gradient);
-                                          });
-    else
-        module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
-                               [&](const State& state) { return kirchhoff_stress(model(), state); });
-    module.function<V, R, R, State>("signal_speed", of_material + "the particle's speed and its wave speed [m/s]",
-                                    {"velocity", "mass", "volume", "state"},
-                                    [&](const V& velocity, const R& mass, const R& volume, const State& state) {
-                                        return signal_speed(model(), velocity, mass, volume, state,
-                                                            detail::cell_size());
-                                    });
 }
 
 }  // namespace firn::inline FIRN_BUILD::wgsl

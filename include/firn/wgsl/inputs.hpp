@@ -123,6 +123,12 @@ void set_room(Inputs& inputs, const Program& program, const Domain<D>& domain) {
     inputs.set("per_volume", {std::pow(domain.cell_size, -D)});
 }
 
+/// Sets what a material that asks for the surroundings of particles has to know of the domain.
+template <int D>
+void set_corner(Inputs& inputs, const Program& program, const Domain<D>& domain) {
+    if (program.has_uniform(corner_uniform)) inputs.set(corner_uniform, {domain.lower.v, domain.lower.v + D});
+}
+
 /// Sets the uniforms of periodic axes.
 template <int D>
 void set_periods(Inputs& inputs, const Domain<D>& domain) {
@@ -265,6 +271,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
+    detail::set_corner(inputs, program, domain);
     if (program.options.periodic) detail::set_periods(inputs, domain);
     if (!program.room_lower.empty()) detail::set_room(inputs, program, domain);
     detail::check_heavy_enough(program, particles, slots);

@@ -119,7 +119,7 @@ fn choose_time_step() {
     }
     atomicStore(&status[9], bitcast<u32>(chosen.time_step));
     atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));
-    atomicStore(&status[11], bitcast<u32>(status_number(11u) + chosen.time_step));
+    ${KEEP_TIME}
 }
 fn read_time_step() {
     chosen = TimeStep(status_number(9u), status_number(10u));
@@ -510,7 +510,7 @@ fn g2p(${INVOCATION}) {
         ${TAKE}
         ${UPDATE}
         let moved = moved_by(${MOTION}, place, corner);
-        let speed = signal_speed(${VELOCITY}, load_mass(i), load_volume(i), state);
+        let speed = signal_speed(${VELOCITY}, load_mass(i), load_volume(i), state${HERE});
         if (is_finite(${STRESS_SUM} + speed) && moved.outside <= 1.0f) {
             store_state(i, state);
             store_kirchhoff_stress(i, stress);
@@ -536,8 +536,8 @@ fn initialise(${INVOCATION}) {
         let base = base_node_of(load_place(i));
         let at = ${UVEC}(lattice_from(base + load_corner(i)));
         see_acceleration(${VEC}(${COORDINATES}) + params.cell_size * (load_place(i) - base), load_velocity(i));
-        store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
-        atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
+        ${ASK_AT_FIRST}store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}${HERE}));
+        atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state${HERE})));
     }
     workgroupBarrier();
     if (local == 0u) { see_speed(atomicLoad(&fastest)); }

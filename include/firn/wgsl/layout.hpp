@@ -101,6 +101,9 @@ struct ProgramOptions {
     /// wgsl/reaction_kernels.hpp describes. A host sets the uniforms "per_arm" and "about_0", "about_1", … With loads,
     /// it sums their impulses, too: in the buffer "load_reactions", see wgsl/load_kernels.hpp. \see set_load_reactions
     bool reactions = false;
+    /// Whether steps keep the time for materials that ask for it, though this program's does not: one of another set of
+    /// particles on the grid does. \see asks_surroundings
+    bool keeps_time = false;
 };
 
 /// A mirrored wall of a program's boundary. \see NodesBehind::mirrored
@@ -133,6 +136,7 @@ struct Program {
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
     std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order_of())
     std::vector<MirroredWall> mirrors{};   ///< mirrored walls, in the order in which they act
+    bool keeps_time = false;               ///< whether steps keep the time in two numbers. \see Facts::keeps_time
     int refinements = 0;                   ///< how often a step refines the velocities of nodes. \see Facts
     Distances distances{};                 ///< of the shapes that have grids, when the program was made
     std::string code;                      ///< the WGSL text of the program
@@ -155,6 +159,10 @@ struct Program {
     bool has(const std::string& entry_point) const {
         return std::any_of(entry_points.begin(), entry_points.end(),
                            [&](const EntryPoint& e) { return e.name == entry_point; });
+    }
+    /// Returns whether the program has a uniform of a given name.
+    bool has_uniform(const std::string& of_name) const {
+        return std::any_of(uniforms.begin(), uniforms.end(), [&](const Uniform& u) { return u.name == of_name; });
     }
     /// Returns the uniform of a given name.
     /// \throws usage_error  if no uniform has this name
@@ -196,7 +204,11 @@ struct Facts {
     bool sparse;             ///< whether the grid is sparse, see GridStorage
     int reacting_parts;      ///< number of parts of the boundary whose impulses are summed
     bool mirrors;            ///< whether the boundary has mirrored walls
+    bool asks;               ///< whether the material asks for the surroundings of particles
     ProgramOptions options;  ///< options of the program
+
+    /// Returns whether steps keep the time at which they start.
+    bool keeps_time() const { return asks || options.keeps_time; }
 
     /// Returns whether the impulses of loads are summed.
     bool loads_react() const { return options.loads > 0 && options.reactions; }
@@ -335,6 +347,13 @@ inline constexpr int most_loads = 24;
 /// @{
 inline constexpr int time_left_word = 21, steps_word = 23;
 /// @}
+/// The words of the buffer "status" that have the time; and, of programs that keep it, what its rounding lacks, and the
+/// time at which the step starts.
+/// @{
+inline constexpr int time_word = 11, time_low_word = 30, start_word = 31;
+/// @}
+/// The uniform that a program with a material that asks has of the domain: its lower corner [m].
+inline constexpr const char* corner_uniform = "lower_corner";
 
 /// Returns how often a step with this transfer refines velocities.
 template <class Transfer>
@@ -544,8 +563,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
             add("average_volumes", "node", size, sums);
             add("measure_averages", "particle", size,
                 {{motion, true}, {status, true}, {rates, true}, {rate_sums, true}});
-            add("filter_volumes", "particle", size,
-                {{motion, true}, {stress, true}, {state, true}, {status, true}, {rates, true}, {rate_sums, true}});
+            const Bindings filtered{{motion, true}, {stress, true}, {state, true},
+                                    {status, true}, {rates, true},  {rate_sums, true}};
+            add("filter_volumes", "particle", size, facts.asks ? with(filtered, {{constants, false}}) : filtered);
         }
         if (facts.shifts_particles) {
             add("measure_present", "particle", size,

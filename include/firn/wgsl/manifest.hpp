@@ -198,6 +198,7 @@ inline void write_status_words(Json& json, const Program& program) {
     json.field("largest_acceleration", 19);
     json.field("time_left", time_left_word).field("time_left_low", time_left_word + 1).field("steps", steps_word);
     json.field("set", 27);
+    if (program.keeps_time) json.field("time_low", time_low_word).field("time_at_start", start_word);
     json.field("first_time_step", first_logged_step);
     json.field("sort_needed", first_set_word);
 }
@@ -257,7 +258,10 @@ inline void write_status_words(Json& json, const Program& program) {
 ///                  then has two numbers where else it has one: first those of all nodes with forces, then those before
 ///                  forces act. Only if it refines velocities, in more than one term: momentum_scale_of_term, the scale
 ///                  of the sums of the last term. The buffer "nodes" then has three or four numbers where else it has
-///                  one, and `step` has the entry points of a term as often as there are terms after the first.
+///                  one, and `step` has the entry points of a term as often as there are terms after the first. Only
+///                  if a material asks for the surroundings of particles: time is the first of two numbers whose sum
+///                  is the time, time_low the other one; the host may set both, before it runs `initialise`.
+///                  time_at_start is the time at which the last step began, which the material was told [s].
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner

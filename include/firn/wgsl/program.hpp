@@ -10,6 +10,7 @@
 #include <firn/volumetric/own_volume.hpp>
 #include <firn/wgsl/definitions.hpp>
 #include <firn/wgsl/manifest.hpp>
+#include <firn/wgsl/material_definitions.hpp>
 #include <firn/wgsl/text.hpp>
 
 namespace firn::inline FIRN_BUILD::wgsl {
@@ -129,6 +130,7 @@ Module definitions_of(const Program& program, const Facts& facts, const Material
     Module module(program.options.arithmetic);
     add_kernel<Kernel, D>(module, facts.sum_gradients || facts.shifts_particles);
     add_time_step<Kernel>(module);
+    if (facts.keeps_time()) add_time(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     if (program.options.loads > 0) add_push<D>(module);
     if (facts.reacting_parts > 0)
@@ -240,12 +242,14 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       sparse,
                       parts,
                       detail::has_mirrored_walls(boundary),
+                      program_asks<Material, D>,
                       options};
 
     Program program = detail::named_program<Kernel, Transfer, Force, D, Material, Boundary, Field, Volume>(options);
     program.time_step_safety = time_step_safety<Kernel>;
     program.acceleration_safety = acceleration_safety;
     program.refinements = facts.refinements;
+    program.keeps_time = facts.keeps_time();
 
     detail::UniformLayout uniforms(program);
     detail::add_uniforms(uniforms, D, options);
@@ -254,6 +258,9 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(field, "field");
     if constexpr (!refines_velocities<Transfer>) uniforms.add_policy(transfer, "transfer");
     if (shifts) detail::add_room<D>(program, uniforms, boundary);
+    if (facts.asks)
+        uniforms.add(detail::corner_uniform, "vec" + std::to_string(D) + "<f32>", "m",
+                     "lower corner of the domain, for the material", std::vector<double>(std::size_t{D}, 0.0));
     if (options.loads > detail::most_loads)
         throw usage_error(sentence("In WGSL, a set of particles has at most ", detail::most_loads, " loads, not ",
                                    options.loads, "."));

@@ -3,7 +3,7 @@
 
 #include <firn/boundary/at_once.hpp>
 #include <firn/boundary/distance_grid.hpp>
-#include <firn/material/concept.hpp>
+#include <firn/material/surroundings.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/stage/g2p.hpp>
 #include <firn/stage/mirror.hpp>
@@ -144,6 +144,21 @@ template <class S>
 auto struct_of(const TimeLeft<S>*) {
     using T = TimeLeft<S>;
     return described("TimeLeft", member{"high", &T::high}, member{"low", &T::low});
+}
+
+/// The time that a run has reached, in two numbers.
+template <class S>
+auto struct_of(const TimeReached<S>*) {
+    using T = TimeReached<S>;
+    return described("TimeReached", member{"high", &T::high}, member{"low", &T::low});
+}
+
+/// Where and when a particle is.
+template <class S, int D>
+auto struct_of(const Surroundings<S, D>*) {
+    using T = Surroundings<S, D>;
+    return described("Surroundings", member{"position", &T::position}, member{"velocity", &T::velocity},
+                     member{"cell_size", &T::cell_size}, member{"time", &T::time}, member{"density", &T::density});
 }
 
 /// What a grid of distances has at a place.

@@ -448,12 +448,14 @@ private:
     /// Returns the WGSL statements in which G2P computes `state` and `stress`, the particle's state and stress after
     /// the step.
     std::string update() const {
-        const std::string arguments = "(load_state(i), taken.velocity_gradient);";
+        const std::string arguments = "(load_state(i), taken.velocity_gradient" + here() + ");";
+        const std::string asked = ask("place", "corner", "taken.velocity", start_word, 2);
         if (facts_.stress_with_state)
-            return "let after = updated_with_stress" + arguments + indented(2) + "let state = after.state;" +
+            return asked + "let after = updated_with_stress" + arguments + indented(2) + "let state = after.state;" +
                    indented(2) + "let stress = after.stress;";
         const std::string rate = facts_.rate_dependent ? ", taken.velocity_gradient" : "";
-        return "let state = updated" + arguments + indented(2) + "let stress = kirchhoff_stress(state" + rate + ");";
+        return asked + "let state = updated" + arguments + indented(2) + "let stress = kirchhoff_stress(state" + rate +
+               here() + ");";
     }
 
     std::string filled(const char* text, Names names = {}) const {
@@ -518,6 +520,11 @@ private:
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
+            {"HERE", here()},
+            {"ASK_AT_FIRST", ask_outside(time_word, 2)},
+            {"ASK_VOLUME", ask_outside(start_word, 2)},
+            {"ASK_FILTERED", ask_outside(start_word, 1)},
+            {"KEEP_TIME", keep_time()},
             {"TAKE", take()},
             {"VELOCITY", facts_.blends ? "v.velocity" : "taken.velocity"},
             {"MOTION", facts_.blends ? "v.motion" : "taken.velocity"},

@@ -114,6 +114,34 @@ protected:
         return product(of_axis("g", a), D_ == 3 ? of_axis("w", 1 - a) : "");
     }
 
+    /// Returns the last argument of functions of a material that asks for the surroundings of particles; no text for
+    /// another material.
+    std::string here() const { return facts_.asks ? ", here" : ""; }
+    /// Returns the WGSL statement that computes this argument for particle i, and the beginning of the next line; no
+    /// text if the material does not ask.
+    /// \param word  the status word with the time
+    std::string ask(const char* place, const char* corner, const char* velocity, int word, int depth) const {
+        if (!facts_.asks) return "";
+        return sentence("let here = surroundings_of(", place, ", ", corner, ", ", velocity,
+                        ", load_mass(i), load_volume(i), status_number(", word, "u));", indented(depth));
+    }
+    /// Returns the same statement for a particle outside of G2P: the velocity is its own.
+    std::string ask_outside(int word, int depth) const {
+        return ask("load_place(i)", "load_corner(i)", "load_velocity(i)", word, depth);
+    }
+    /// Returns the WGSL statements that add the chosen step to the time.
+    std::string keep_time() const {
+        const auto store = [&](int word, const char* number) {
+            return sentence("atomicStore(&status[", word, "], bitcast<u32>(", number, "));");
+        };
+        if (!facts_.keeps_time()) return store(time_word, "status_number(11u) + chosen.time_step");
+        return sentence("let start = TimeReached(status_number(", time_word, "u), status_number(", time_low_word,
+                        "u));") +
+               indented(1) + "let reached = time_after(start, chosen.time_step);" + indented(1) +
+               store(start_word, "start.high") + indented(1) + store(time_word, "reached.high") + indented(1) +
+               store(time_low_word, "reached.low");
+    }
+
     Facts facts_;
     int D_;
 };

@@ -151,7 +151,7 @@ fn measure_volumes(${INVOCATION}) {
         let base = base_node_of(load_place(i));
         let state = load_state(i);
         let change = volume_change_of(state);
-        let volume = filtered_volume_of(state, load_volume(i));
+        ${ASK_VOLUME}let volume = filtered_volume_of(state, load_volume(i)${HERE});
         rates[i] = change;
         rates[params.capacity + i] = volume;
         measure_record(volume_record(change, volume));
@@ -192,8 +192,8 @@ fn measure_averages(${INVOCATION}) {
 fn filter_volumes(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || filter_rests()) { return; }
-    let after = filtered(load_state(i), load_kirchhoff_stress(i), rates[i], average_around(i),
-                         rates[params.capacity + i], status_number(16u));
+    ${ASK_FILTERED}let after = filtered(load_state(i), load_kirchhoff_stress(i), rates[i], average_around(i),
+                         rates[params.capacity + i], status_number(16u)${HERE});
     store_state(i, after.state);
     store_kirchhoff_stress(i, after.stress);
 }

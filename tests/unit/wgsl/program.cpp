@@ -16,6 +16,8 @@
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
 
+#include "wgsl/asking.hpp"
+
 using namespace firn;
 using test_support::ShareOfApic;
 
@@ -610,6 +612,45 @@ TEST_CASE("Programs of several sets count the particles of their own set for ave
     CHECK(count(order(jelly, FBar{}, false), "measure_rate_counts") == 0);
     CHECK(count(order(jelly, VolumeFilter{}, true), "clear_rates") == 1);
     CHECK_THROWS_AS(order(Fluid<float>{}, VolumeFilter{}, true), usage_error);
+}
+
+TEST_CASE("Programs of a material that asks have the domain's corner and keep the time; others have nothing of it") {
+    const auto make = [](const auto& material, const wgsl::ProgramOptions& options = {}) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
+            material, Walls<float, 2>::all({0, 0}, {1, 1}, {}), Gravity<float, 2>{}, VolumeFilter{}, options);
+    };
+    const auto has = [](const wgsl::Program& p, const char* text) { return p.code.find(text) != std::string::npos; };
+    const wgsl::Program asks = make(scenes::Graded<float>{}, {.grid = wgsl::GridStorage::sparse}),
+                        not_asks = make(FixedCorotated<float>{}, {.grid = wgsl::GridStorage::sparse}),
+                        beside = make(FixedCorotated<float>{}, {.several_sets = true, .keeps_time = true});
+    CHECK(asks.keeps_time);
+    CHECK(asks.has_uniform("lower_corner"));
+    CHECK(has(asks, "fn surroundings_of("));
+    for (const char* call : {"updated(load_state(i), taken.velocity_gradient, here)", "kirchhoff_stress(state, here)",
+                             "load_volume(i), state, here)", "filtered_volume_of(state, load_volume(i), here)",
+                             "status_number(16u), here)", "let reached = time_after(start, chosen.time_step);"})
+        CHECK(has(asks, call));
+    CHECK(wgsl::manifest(asks).find("\"time_low\": 30") != std::string::npos);
+    for (const wgsl::EntryPoint& e : asks.entry_points) {
+        INFO(e.name);
+        CHECK(e.bindings.size() - 1 <= 8);
+    }
+    CHECK_FALSE(not_asks.keeps_time);
+    CHECK_FALSE(not_asks.has_uniform("lower_corner"));
+    for (const char* text : {"here)", "Surroundings", "TimeReached"}) CHECK_FALSE(has(not_asks, text));
+    CHECK(wgsl::manifest(not_asks).find("time_low\"") == std::string::npos);
+    CHECK(has(not_asks, "bitcast<u32>(status_number(11u) + chosen.time_step)"));
+    CHECK(beside.keeps_time);
+    CHECK_FALSE(beside.has_uniform("lower_corner"));
+    CHECK(has(beside, "fn time_after("));
+
+    const Domain<2> domain{{-3, 2}, {-2, 3}, 1.0 / 16};
+    Simulation simulation(domain, scenes::Graded<float>{});
+    simulation.add(sample_box<2>({-2.6, 2.4}, {-2.4, 2.6}, {.spacing = 1.0 / 32}), 1000);
+    simulation.partition();
+    const auto bytes = wgsl::make_inputs<2>(asks, domain, simulation.particles(), 1e-4).uniform_bytes();
+    CHECK(float_at(bytes, asks.uniform("lower_corner").offset) == -3.0F);
+    CHECK(float_at(bytes, asks.uniform("lower_corner").offset + 4) == 2.0F);
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
