@@ -18,7 +18,7 @@ namespace firn::inline FIRN_BUILD {
 /// The shear stiffness is given in one of three ways. With `shear_modulus` > 0 it is constant. With `shear_ratio` > 0
 /// it is proportional to the pressure. If both are 0, it is proportional to the pressure, and follows from `poisson`.
 struct ModifiedCamClayProperties {
-    double critical_slope = 1;  ///< M: q/p' in the critical state [1]; 6 sin φ/(3 − sin φ) in triaxial compression
+    double critical_slope = 1;  ///< M: q over p′ in the critical state [1]; 6 sin φ/(3 − sin φ) in triaxial compression
     double compression = 0.2;   ///< λ: slope of the normal compression line in the plane of v = 1 + e and ln p' [1]
     double swelling = 0.04;     ///< κ: slope of the swelling lines in this plane [1]
     double void_ratio = 1;      ///< e₀ in the start state [1]; without effect if `specific_volume` is given
@@ -57,21 +57,21 @@ struct ModifiedCamClayProperties {
 /// **New matter is under pressure.** This elasticity has no state without stress, so F = I is at the `initial_pressure`
 /// p'₀ > 0. A body without a load swells by κ* ln(p'₀/p') until p' is what its weight and its load need; if nothing
 /// holds it, it flies apart with up to about √(2 κ* p'₀/ρ), 1 m/s from 50 kPa. So give it a pressure as its weight will
-/// cause, or less; with PerParticle<ModifiedCamClay<S>, "initial_pressure", "consolidation"> each particle has its own,
-/// by its depth. The clay bears no tension: p' of a particle that is pulled apart falls to 0 without a jump, and it
-/// bears pressure again when the gap has closed. p_K and p_c count as at most e³⁰ times their first value, so that the
-/// stress of crushed or inverted matter is finite.
+/// cause, or less; set_at_rest() gives each particle the stress of its depth, and as a PerParticle of "consolidation"
+/// it has a consolidation of its own. The clay bears no tension: p' of a particle that is pulled apart falls to 0
+/// without a jump, and it bears pressure again when the gap has closed. p_K and p_c count as at most e³⁰ times their
+/// first value, so that the stress of crushed or inverted matter is finite.
 ///
 /// Use ModifiedCamClay for the consolidation, the bearing capacity and the failure of clay whose λ, κ, M and p_c are
 /// known. For matter with cohesion, or for soil whose parameters are not known, use Nacc.
 template <scalar S = float>
 struct ModifiedCamClay {
-    S critical_slope = S(1);                ///< M: q/p' in the critical state [1]
-    S compression = S(0.1);                 ///< λ*: slope of the normal compression line, ln v over ln p' [1]
-    S swelling = S(0.02);                   ///< κ*: slope of the swelling lines, ln v over ln p' [1]
+    S critical_slope = S(1);                ///< M: q over p′ in the critical state [1]
+    S compression = S(0.1);                 ///< slope λ* of the normal compression line, ln v over ln p′ [1]
+    S swelling = S(0.02);                   ///< slope κ* of the swelling lines, ln v over ln p′ [1]
     S shear_modulus = S(0);                 ///< G, if it is constant [Pa]; else 0
-    S shear_ratio = S(1.2 / (2.6 * 0.02));  ///< g = G/p', if G is proportional to the pressure [1]; else 0
-    S initial_pressure = S(1e4);            ///< p'₀: effective pressure where F = I [Pa]
+    S shear_ratio = S(1.2 / (2.6 * 0.02));  ///< g = G over p′, if G is proportional to the pressure [1]; else 0
+    S initial_pressure = S(1e4);            ///< p′₀: effective pressure where F = I [Pa]
     S consolidation = S(5e4);               ///< p_c0: consolidation pressure before any plastic flow [Pa]
 
     static constexpr const char* name = "modified_cam_clay";

@@ -131,7 +131,9 @@ public:
             return {};
         }
     }
-    void output([[maybe_unused]] std::size_t slot, [[maybe_unused]] S* to) const override {
+    /// Computes the outputs of a particle. \param to  memory for as many numbers as there are outputs
+    void output(std::size_t slot, S* to) const override {
+        static_cast<void>(slot), static_cast<void>(to);
         if constexpr (has_outputs<Material, D>) std::ranges::copy(material.output(particles.state(slot)), to);
     }
     bool is_elastic() const override { return detail::is_elastic<Material, D>; }
