@@ -217,7 +217,7 @@ void load_step(const Load& of, const Material& material, const Policies&... poli
 
     auto& time = simulation.integration;
     time.most_halvings = 0;
-    time.newton = {.tolerance = 1e-12, .forcing = 1e-9, .solver_iterations = 20'000, .restart = 200};
+    time.newton = {.tolerance = 1e-12, .forcing = 1e-9, .solver_iterations = 20'000, .restart = 200, .restarts = 100};
     // A step that is not solved leaves the particles as they are: so Φ is found after one Newton step, two, …
     const NewtonReport& report = simulation.solution.newton;
     std::vector<double> energies;

@@ -4,8 +4,8 @@
 ///     firn_implicit_sand [NAME=VALUE…]
 ///
 /// cells=64 (2 : 1), phi=40 [degrees], parts=1 (the load is applied in so many parts, each beginning at the last
-/// displacement), tolerance=1e-3, forcing=0.1, restart=50, products=500 (in one linear solve), multigrid=1 (0: block
-/// Jacobi)
+/// displacement), tolerance=1e-3, forcing=0.1, restart=50, restarts=0 (of GMRES in one linear solve), multigrid=1 (0:
+/// block Jacobi)
 #include <firn/firn.hpp>
 #include <firn/implicit/multigrid.hpp>
 #include <firn/implicit/newton.hpp>
@@ -30,8 +30,8 @@ double cpu() { return double(std::clock()) / CLOCKS_PER_SEC; }
 }  // namespace
 
 int main(int argc, char** argv) {
-    std::map<std::string, double> options{{"cells", 64},    {"phi", 40},     {"parts", 1},      {"tolerance", 1e-3},
-                                          {"forcing", 0.1}, {"restart", 50}, {"products", 500}, {"multigrid", 1}};
+    std::map<std::string, double> options{{"cells", 64},    {"phi", 40},     {"parts", 1},    {"tolerance", 1e-3},
+                                          {"forcing", 0.1}, {"restart", 50}, {"restarts", 0}, {"multigrid", 1}};
     for (int i = 1; i < argc; ++i) {
         const std::string text = argv[i];
         const std::size_t equal = text.find('=');
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     std::printf("%zu particles, %zu small nodes\n", particles.size(), small.count());
     NewtonLimits limits;
     limits.tolerance = options["tolerance"], limits.forcing = options["forcing"];
-    limits.restart = int(options["restart"]), limits.solver_iterations = int(options["products"]);
+    limits.restart = int(options["restart"]), limits.restarts = int(options["restarts"]);
     const int parts = int(options["parts"]);
     for (int k = 1; k <= parts; ++k) {
         vectors.set(loads, double(k) / parts, weight);

@@ -76,6 +76,7 @@ struct SolvedSteps {
                 "positive");
         require(newton.patience > 0, "patience of Newton's method", newton.patience, "positive");
         require(newton.restart > 0, "number of products between restarts", newton.restart, "positive");
+        require(newton.restarts >= 0, "number of restarts", newton.restarts, "0 or larger");
         require(newton.negative > 0, "number of steps with negative curvature", newton.negative, "positive");
         require(newton.cuts >= 0, "number of cuts of a line search", newton.cuts, "0 or larger");
         require(small_nodes.threshold >= 0 && small_nodes.threshold <= 1, "threshold of small nodes",
@@ -90,8 +91,8 @@ struct SolvedSteps {
         for (const double number :
              {newton.tolerance, double(preconditioning), double(newton.iterations), newton.forcing,
               newton.least_forcing, double(newton.solver_iterations), double(newton.patience), double(newton.restart),
-              double(newton.negative), double(newton.cuts), newton.radius, small_nodes.threshold, double(most_rounds),
-              double(most_halvings), largest_motion})
+              double(newton.restarts), double(newton.negative), double(newton.cuts), newton.radius,
+              small_nodes.threshold, double(most_rounds), double(most_halvings), largest_motion})
             text += " " + exact_text(number);
         return text;
     }

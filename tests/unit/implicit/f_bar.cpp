@@ -98,6 +98,18 @@ TEST_CASE("A load step with averages ends where explicit steps with FBar come to
     CHECK(after_load(OwnVolume{}) > 4e-2 * way);
 }
 
+TEST_CASE("Half-solved Newton steps cost less than restarts of GMRES", "[implicit]") {
+    const double h = 1.0 / 16;
+    Simulation simulation(Domain<2>({-1, -4 * h}, {2, 2}, h), NeoHookean<double>::from_young_poisson(1e6, 0.4999),
+                          Walls<double, 2>::all({-1, 0}, {2, 2}, {Contact::stick}), WeightGradientForce{},
+                          QuasiStatic{}, FBar{});
+    simulation.warn = {};
+    simulation.add(sample_box<2>({0, 0}, {1, 1}, {.spacing = h / 2}), 1000);
+    simulation.advance(1);
+    CHECK(simulation.solution.halvings == 0);
+    CHECK(simulation.solution.products <= 700);  // 550; with up to 500 products a solve 1025
+}
+
 TEST_CASE("A short implicit step with averages is an explicit one; all threads have the same bits", "[implicit]") {
     const auto run = [](const auto& time, double dt, int threads) {
         auto simulation = block_on_floor(FBar{}, Flip<double>{1.0}, WeightGradientForce{}, time);
