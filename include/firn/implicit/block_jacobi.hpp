@@ -17,10 +17,8 @@ public:
         renew(inverses_, blocks.size(), thread_count(threads));
         detail::for_chunks(blocks.size() / std::size_t(D * D), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                Mat<S, D> block;
-                for (int k = 0; k < D * D; ++k) block.m[k] = blocks[i * std::size_t(D * D) + std::size_t(k)];
-                const Mat<S, D> inverse = inverse_of((block + transpose(block)) * S(0.5));
-                for (int k = 0; k < D * D; ++k) inverses_[i * std::size_t(D * D) + std::size_t(k)] = inverse.m[k];
+                const Mat<S, D> of_node = inverse_of(blocks.data() + i * std::size_t(D * D));
+                for (int k = 0; k < D * D; ++k) inverses_[i * std::size_t(D * D) + std::size_t(k)] = of_node.m[k];
             }
         });
     }
@@ -31,16 +29,28 @@ public:
             [&, to = vectors.numbers(z), from = vectors.numbers(r)](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i) {
                     Vec<S, D> v;
-                    Mat<S, D> inverse;
                     for (int a = 0; a < D; ++a) v[a] = from[i * node_width + std::size_t(a)];
-                    for (int k = 0; k < D * D; ++k) inverse.m[k] = inverses_[i * std::size_t(D * D) + std::size_t(k)];
-                    const Vec<S, D> of_node = inverse * v;
+                    const Vec<S, D> of_node = inverse(i) * v;
                     for (int a = 0; a < node_width; ++a)
                         to[i * node_width + std::size_t(a)] = a < D ? of_node[a] : S(0);
                 }
             });
     }
 
+    /// Returns the inverse of a node's block, or of the bound that takes its place. \param i  index of the node
+    Mat<S, D> inverse(std::size_t i) const {
+        Mat<S, D> of_node;
+        for (int k = 0; k < D * D; ++k) of_node.m[k] = inverses_[i * std::size_t(D * D) + std::size_t(k)];
+        return of_node;
+    }
+
+    /// Returns the inverse of the symmetric part of a block, or of the bound that takes its place.
+    /// \param numbers  the D × D numbers of the block
+    static Mat<S, D> inverse_of(const S* numbers) {
+        Mat<S, D> block;
+        for (int k = 0; k < D * D; ++k) block.m[k] = numbers[k];
+        return inverse_of((block + transpose(block)) * S(0.5));
+    }
     /// Returns the inverse of a symmetric block, or of the bound that takes its place; zero of a block of zeros.
     static Mat<S, D> inverse_of(const Mat<S, D>& B) {
         S size = S(0);

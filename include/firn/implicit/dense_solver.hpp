@@ -11,6 +11,8 @@
 namespace firn::inline FIRN_BUILD {
 
 /// Solves small systems of linear equations: by L D Lᵀ if the matrix is symmetric, else by L U with partial pivoting.
+/// Eigen's decompositions sum up in an order that the width of the processor's vectors decides, so that bits would
+/// differ between machines; and only core/eigen.hpp includes Eigen.
 class DenseSolver {
 public:
     /// Factors a matrix of n × n numbers, row by row.

@@ -145,7 +145,8 @@ private:
         // A held node keeps P B P on its free part.
         const auto hold = [&](std::size_t i, const Mat<S, D>& free) {
             if (free_[i] == 0) return;
-            Mat<S, D> block = block_of(i);
+            Mat<S, D> block;
+            for (int k = 0; k < D * D; ++k) block.m[k] = blocks_[i * std::size_t(D * D) + std::size_t(k)];
             S size = S(0);
             for (int a = 0; a < D; ++a) size += block(a, a) / S(D);
             block = transpose(free) * block * free + (Mat<S, D>::identity() - free) * size;
@@ -157,28 +158,17 @@ private:
         problem.constraints().for_held(hold);
         for (std::size_t k = 0; k < mirrored.nodes().size(); ++k)
             free_[mirrored.nodes()[k]] &= free_[mirrored.masters()[k]];
-        inverses_.resize(nodes);
-        detail::for_chunks(nodes, workers_, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) {
-                const Mat<S, D> block = block_of(i);
-                inverses_[i] = BlockJacobi<S, D>::inverse_of((block + transpose(block)) * S(0.5));
-            }
-        });
-    }
-    Mat<S, D> block_of(std::size_t i) const {
-        Mat<S, D> block;
-        for (int k = 0; k < D * D; ++k) block.m[k] = blocks_[i * std::size_t(D * D) + std::size_t(k)];
-        return block;
+        jacobi_.emplace(blocks_, workers_);
     }
     /// d ← s d + t B⁻¹ r, x ← x + d.
     void step(const NodeVectors<S, D>& vectors, std::size_t x, S s, S t) const {
-        detail::for_chunks(inverses_.size(), workers_,
+        detail::for_chunks(free_.size(), workers_,
                            [&, to = vectors.numbers(x), d = vectors.numbers(d_), r = vectors.numbers(r_)](
                                std::size_t first, std::size_t last) {
                                for (std::size_t i = first; i < last; ++i) {
                                    Vec<S, D> rest;
                                    for (int a = 0; a < D; ++a) rest[a] = r[i * node_width + std::size_t(a)];
-                                   const Vec<S, D> change = inverses_[i] * rest;
+                                   const Vec<S, D> change = jacobi_->inverse(i) * rest;
                                    for (std::size_t a = 0, k = i * node_width; a < node_width; ++a, ++k) {
                                        const S part = a < std::size_t(D) ? t * change[int(a)] : S(0);
                                        d[k] = s == S(0) ? part : s * d[k] + part;
@@ -211,17 +201,7 @@ private:
         const auto vectors = problem.vectors();
         for (int k = 0; k < count; ++k) {
             problem.multiply(v_);
-            detail::for_chunks(
-                inverses_.size(), workers_,
-                [&, v = vectors.numbers(v_), product = vectors.numbers(0)](std::size_t first, std::size_t last) {
-                    for (std::size_t i = first; i < last; ++i) {
-                        Vec<S, D> of_node;
-                        for (int a = 0; a < D; ++a) of_node[a] = product[i * node_width + std::size_t(a)];
-                        of_node = inverses_[i] * of_node;
-                        for (std::size_t a = 0; a < node_width; ++a)
-                            v[i * node_width + a] = a < std::size_t(D) ? of_node[int(a)] : S(0);
-                    }
-                });
+            jacobi_->apply(vectors, v_, 0);
             eigenvalue_ = rule_.safety * normalise(vectors, v_);
         }
     }
@@ -307,12 +287,14 @@ private:
         add_coarse_hessian(problem.potential(), free_.data(), images_.empty() ? nullptr : images_.data(), level);
         if constexpr (requires { problem.inertia(); })
             if (const auto& inertia = problem.inertia()) {
-                aligned_vector<S> masses = inertia->masses;
                 const auto& mirrored = problem.constraints().mirrored();
+                aligned_vector<S> folded;
+                if (!mirrored.nodes().empty()) folded = inertia->masses;
                 for (std::size_t k = 0; k < mirrored.nodes().size(); ++k)
-                    masses[mirrored.masters()[k]] += masses[mirrored.nodes()[k]];
+                    folded[mirrored.masters()[k]] += folded[mirrored.nodes()[k]];
                 level.add_coarsened_diagonal(
-                    transfers_[0], [&, per_square = S(1 / (inertia->dt * inertia->dt))](std::size_t q) {
+                    transfers_[0], [&, masses = folded.empty() ? inertia->masses.data() : folded.data(),
+                                    per_square = S(1 / (inertia->dt * inertia->dt))](std::size_t q) {
                         Vec<S, D> diagonal;
                         for (int a = 0; a < D; ++a)
                             diagonal[a] = (free_[at_[q]] >> a & 1) != 0 ? masses[at_[q]] * per_square : S(0);
@@ -414,7 +396,7 @@ private:
     std::size_t r_, d_, v_;  // layers: residual, direction of the smoother, vector of the power iterations
     int workers_ = 1;
     aligned_vector<S> blocks_;
-    std::vector<Mat<S, D>> inverses_;
+    std::optional<BlockJacobi<S, D>> jacobi_;
     std::vector<std::uint8_t> free_, was_free_, follows_;
     std::vector<std::uint16_t> images_, was_images_;  // how nodes follow their mirror images; empty if none does
     std::vector<std::uint32_t> at_;                   // the nodes of the grid that are free along any axis

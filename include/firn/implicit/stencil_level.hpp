@@ -216,11 +216,7 @@ public:
     /// Inverts the blocks of the smoother.
     void invert_blocks() {
         inverses_.resize(size());
-        for_nodes([&](std::size_t i) {
-            Mat<S, D> block;
-            for (int k = 0; k < D * D; ++k) block.m[k] = row(i)[centre * D * D + k];
-            inverses_[i] = BlockJacobi<S, D>::inverse_of((block + transpose(block)) * S(0.5));
-        });
+        for_nodes([&](std::size_t i) { inverses_[i] = BlockJacobi<S, D>::inverse_of(row(i) + centre * D * D); });
     }
     /// d ← s d + t B⁻¹ r, x ← x + d. \param s  0: d may hold anything
     void step(S s, S t) {
