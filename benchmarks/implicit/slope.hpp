@@ -1,4 +1,4 @@
-/// \file The slope of the benchmarks of implicit steps.
+/// \file The slope of the benchmarks and tests of implicit steps.
 #pragma once
 
 #include <firn/core/angle.hpp>

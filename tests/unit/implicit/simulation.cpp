@@ -7,6 +7,8 @@
 #include <firn/firn.hpp>
 #include <firn/implicit.hpp>
 
+#include "../../../benchmarks/implicit/slope.hpp"
+
 namespace implicit_simulation_tests {
 using namespace firn;
 
@@ -321,8 +323,7 @@ TEST_CASE("A slope of sand takes few products with the Hessian, as its smoothers
         for (const auto& x :
              sample_box<2>({0.0, 0.0}, {1.0, 0.5}, {.spacing = h / 2, .pattern = Pattern::jittered, .jitter = 0.25})
                  .positions)
-            if (x[1] < std::clamp(0.427 - (x[0] - 0.317) * std::tan(degrees(35).in_radians()), 0.106, 0.427))
-                sand.positions.push_back(x);
+            if (x[1] < surface(x[0])) sand.positions.push_back(x);
         sand.volume = h * h / 4;
         simulation.add(sand, 1000);
         simulation.advance(1);
