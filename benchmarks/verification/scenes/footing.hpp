@@ -128,8 +128,7 @@ struct Footing {
             way += base.speed * dt;
             impulse -= simulation.reactions->parts[1].impulse[1];
             if (simulation.time() - began > time / 200 || way >= settlement * (1 - 1e-9)) {
-                sunk.push_back(way);
-                load.push_back(impulse / (simulation.time() - began) / (width / 2) / strength);
+                record(way, impulse, simulation.time() - began);
                 impulse = 0;
                 began = simulation.time();
             }
@@ -141,9 +140,7 @@ struct Footing {
         std::get<2>(simulation.boundary.parts).speed = settlement / steps;
         for (int k = 1; k <= steps; ++k) {
             simulation.advance(1);
-            sunk.push_back(settlement * k / steps);
-            load.push_back(-simulation.reactions->parts[1].impulse[1] / simulation.last_time_step() / (width / 2) /
-                           strength);
+            record(settlement * k / steps, -simulation.reactions->parts[1].impulse[1], simulation.last_time_step());
         }
     }
     /// Mean over the last fiftieth of the settlement [c_u].
@@ -153,6 +150,14 @@ struct Footing {
         for (std::size_t i = 0; i < sunk.size(); ++i)
             if (sunk[i] > 0.98 * settlement) sum += load[i], ++count;
         return sum / count;
+    }
+
+private:
+    /// Appends to the curve. \param way  settlement [m];  \param impulse  of the strip on the half domain [N s], in
+    /// `time` [s]
+    void record(double way, double impulse, double time) {
+        sunk.push_back(way);
+        load.push_back(impulse / time / (width / 2) / strength);
     }
 };
 
