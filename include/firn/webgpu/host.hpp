@@ -123,7 +123,7 @@ public:
     /// \param sets   the report of each set of particles, in the order of the uniform "set_number"
     /// \param time   time that the run has reached [s]
     void begin(std::uint64_t steps, const std::vector<G2PReport>& sets, double time = 0) {
-        std::vector<std::uint32_t> words = detail::words_at(numbers(program_->buffer("status")), time);
+        std::vector<std::uint32_t> words = detail::words_at(*program_, time);
         words.at(17) = std::uint32_t(steps);  // a filter of volume ratios counts them
         for (std::size_t k = 0; k < sets.size(); ++k) {
             const std::size_t of_set = std::size_t{wgsl::detail::first_set_word} + k * wgsl::detail::words_of_set;
@@ -142,8 +142,9 @@ public:
     /// Sets the largest acceleration of the last step [m/s²], which bounds the next one: for another gravity.
     void set_acceleration(float size) { write_word(19, size); }
 
-    /// Sets the time that the run has reached [s], of which materials may ask.
+    /// Sets the time that the run has reached [s], if the program keeps it for a material that asks.
     void set_time(double time) {
+        if (!program_->keeps_time) return;
         const TimeLeft<float> split = time_left(time);
         write_word(wgsl::detail::time_word, split.high);
         write_word(wgsl::detail::time_low_word, split.low);
@@ -554,9 +555,7 @@ private:
                 sentence("The uniform ", name, " cannot change: the buffers were made for its value."));
     }
 
-    void clear_error(double time = 0) {
-        write_buffer("status", detail::words_at(numbers(program_->buffer("status")), time));
-    }
+    void clear_error(double time = 0) { write_buffer("status", detail::words_at(*program_, time)); }
     /// Writes a word of the buffer "status".
     template <class T>
     void write_word(std::size_t word, const T& value) {

@@ -260,7 +260,7 @@ private:
         if (is_edited_) upload();
         if (has_failed_) simulation_.prepare();  // throws
         if (!is_ahead_) warn();
-        if (sets_[0].program.keeps_time) grid().set_time(simulation_.time());
+        grid().set_time(simulation_.time());
         if (simulation_.fixed_time_step > 0)
             take_fixed_steps(duration, last_step);
         else

@@ -50,10 +50,11 @@ namespace detail {
     throw particle_error(text);
 }
 
-/// Returns the words of the buffer "status" without an error, of a run that has reached a time [s].
-inline std::vector<std::uint32_t> words_at(std::size_t count, double time) {
-    std::vector<std::uint32_t> words(count);
+/// Returns the words of the buffer "status" without an error. \param time  [s], for a program that keeps it
+inline std::vector<std::uint32_t> words_at(const wgsl::Program& program, double time) {
+    std::vector<std::uint32_t> words(std::size_t(program.buffer("status").count));
     words.at(1) = no_particle;
+    if (!program.keeps_time) return words;
     const TimeLeft<float> split = time_left(time);
     words.at(wgsl::detail::time_word) = std::bit_cast<std::uint32_t>(split.high);
     words.at(wgsl::detail::time_low_word) = std::bit_cast<std::uint32_t>(split.low);
