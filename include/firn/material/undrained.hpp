@@ -1,6 +1,7 @@
 /// \file The material Undrained: any soil whose pores are full of water that cannot leave them.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 #include <firn/material/surroundings.hpp>
 #include <firn/math/exp_log.hpp>
