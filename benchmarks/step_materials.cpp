@@ -2,6 +2,7 @@
 /// particles in motion, all of one material; step/cubes/four/threads:N has a cube of each of four. step/cubes/sand_1m
 /// has a million particles, sand_8m, with FIRN_BENCHMARK_FULL, eight.
 #include <firn/firn.hpp>
+#include <firn/soil.hpp>
 
 #include "step.hpp"
 

@@ -102,8 +102,8 @@ int main() {
 //!
 //! ## Soil
 //!
-//! Tests of soil give a cohesion c and a friction angle φ: on a plane under the pressure p, soil bears the shear stress
-//! c + p tan φ. That is firn::MohrCoulomb. Its other parameters:
+//! The materials of soils are in `firn/soil.hpp`. Tests of soil give a cohesion c and a friction angle φ: on a plane under
+//! the pressure p, soil bears the shear stress c + p tan φ. That is firn::MohrCoulomb. Its other parameters:
 //!
 //! | property | meaning | where it comes from |
 //! | --- | --- | --- |

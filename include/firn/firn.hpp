@@ -54,8 +54,6 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
-#include <firn/material/mohr_coulomb.hpp>
-#include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/no_stress.hpp>
@@ -63,7 +61,6 @@
 #include <firn/material/plane_strain.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
-#include <firn/material/softening_band.hpp>
 #include <firn/material/von_mises.hpp>
 #include <firn/material/with.hpp>
 #include <firn/math/left_stretch.hpp>

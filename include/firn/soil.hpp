@@ -3,6 +3,9 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/material/modified_cam_clay.hpp>
+#include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/softening_band.hpp>
 #include <firn/material/undrained.hpp>
 #include <firn/simulation/at_rest.hpp>
 #include <firn/simulation/elastic_state.hpp>

@@ -2,6 +2,7 @@
 #include "../../benchmarks/verification/scenes/plane_strain.hpp"
 
 #include "support/catch.hpp"
+#include <firn/soil.hpp>
 
 using namespace firn;
 using namespace verification;

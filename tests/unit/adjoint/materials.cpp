@@ -2,6 +2,7 @@
 // sanitized: no
 /// \file The gradient through materials that flow, against difference quotients.
 #include "support/gradient_checks.hpp"
+#include <firn/soil.hpp>
 
 using namespace derivatives;
 

@@ -2,6 +2,7 @@
 // sanitized: -O1
 /// \file Gradient and Hessian of matter without a potential: plastic flow, fluids, viscosity, and the wrappers.
 #include "support/implicit.hpp"
+#include <firn/soil.hpp>
 
 namespace implicit_plastic_tests {
 using namespace firn;

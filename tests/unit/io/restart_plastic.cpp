@@ -1,4 +1,6 @@
 // Plastic materials and fluids: a restart goes on to the same bits.
+#include <firn/soil.hpp>
+
 #include "restart_scene.hpp"
 
 namespace restart_plastic_tests {

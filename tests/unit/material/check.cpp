@@ -4,6 +4,7 @@
 #include "support/not_finite.hpp"
 #include <firn/firn.hpp>
 #include <firn/lagrangian/net_forces.hpp>
+#include <firn/soil.hpp>
 
 namespace check_tests {
 

@@ -2,6 +2,7 @@
 /// speed.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>
+#include <firn/soil.hpp>
 
 namespace not_finite_tests {
 

@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include <firn/firn.hpp>
+#include <firn/soil.hpp>
 
 #include <memory>
 
