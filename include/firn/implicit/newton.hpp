@@ -5,6 +5,7 @@
 #include <firn/implicit/jacobi_preconditioner.hpp>
 #include <firn/implicit/step_problem.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
