@@ -7,9 +7,12 @@
 #include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/softening_band.hpp>
 
+#include "../../../benchmarks/verification/scenes/soil_element.hpp"
+
 #include <algorithm>
 
 using namespace materials;
+using verification::Element;
 
 namespace mohr_coulomb_tests {
 namespace {
@@ -192,35 +195,6 @@ void check_return(const Model& model, Random& random, int states, Counts<D>& cou
     CHECK(worst_strain <= 1e-12);
     CHECK(moved == 0);
 }
-
-/// A cube that is strained along the axes, with what has flowed.
-struct Element {
-    Model model;
-    Soil<3> soil{};
-    Numbers<3> strain = Numbers<3>::Zero();  ///< all of its logarithmic strain
-
-    Numbers<3> stress() const {
-        const Mat<double, 3> tau = kirchhoff_stress(model, soil);
-        return {tau(0, 0), tau(1, 1), tau(2, 2)};
-    }
-    Numbers<3> plastic() const {
-        return strain - Numbers<3>{std::log(soil.F(0, 0)), std::log(soil.F(1, 1)), std::log(soil.F(2, 2))};
-    }
-    Element strained_by(const Numbers<3>& step) const {
-        Mat<double, 3> rate = Mat<double, 3>::zero();
-        for (int i = 0; i < 3; ++i) rate(i, i) = std::expm1(step[i]);
-        return {model, updated(model, soil, rate, 1.0), strain + step};
-    }
-    /// Strained along the axes with a part that keeps the stress along axis `kept` [Pa], by bisection.
-    Element strained_with(const Numbers<3>& step, const Numbers<3>& part, int kept, double stress_there) const {
-        double low = -0.02, high = 0.02;
-        for (int i = 0; i < 80; ++i) {
-            const double middle = 0.5 * (low + high);
-            (strained_by(step + middle * part).stress()[kept] < stress_there ? low : high) = middle;
-        }
-        return strained_by(step + 0.5 * (low + high) * part);
-    }
-};
 
 }  // namespace
 
