@@ -7,6 +7,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/neo_hookean.hpp>
+#include <firn/material/surroundings.hpp>
 #include <firn/math/inverse.hpp>
 
 namespace firn::inline FIRN_BUILD::detail {

@@ -7,6 +7,7 @@
 
 #include <firn/data/check_particles.hpp>
 #include <firn/loops/places.hpp>
+#include <firn/material/surroundings.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
