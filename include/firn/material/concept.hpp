@@ -31,7 +31,7 @@
 ///     at(surroundings)                       the material with the parameters that it has for one particle, which may
 ///                                            depend on the particle's position, the time, and more. \see Surroundings
 ///     outputs, output(state)                 what states have of a particle besides the fields: a std::array of
-///                                            Output, and the std::array of their numbers
+///                                            StateOutput, and the std::array of their numbers
 ///     check()                                throws parameter_error if a parameter is out of range; called before the
 ///                                            first step. Of a model without it, NaN parameters are refused
 #pragma once
@@ -117,7 +117,7 @@ struct StateAndStress {
 
 /// A number that states have of each particle, and that a material computes from the particle's state when a state is
 /// written. A restart does not read it. \see has_outputs
-struct Output {
+struct StateOutput {
     const char* name;  ///< name of the field in states
     const char* unit;  ///< its unit
 };
@@ -247,7 +247,7 @@ concept has_returned_with_stress =
 /// Whether M returns the state after a step and its stress together. \see updated_with_stress
 template <class M, int D>
 concept has_stress_with_state = has_returned_with_stress<M, D> || has_updated_with_stress<M, D>;
-/// Whether M has numbers that are written to states besides the fields: `outputs`, an array of Output, and
+/// Whether M has numbers that are written to states besides the fields: `outputs`, an array of StateOutput, and
 /// `output(state)`, which returns an array of as many numbers.
 template <class M, int D>
 concept has_outputs = requires(const M m, const material_state_t<M, D> state) { m.output(state).size(); M::outputs.size(); };

@@ -57,7 +57,7 @@ struct PlaneStrain : Model {
         return firn::initial_state<3>(model());
     }
     /// What states have besides the fields: the Kirchhoff stress across the plane.
-    static constexpr std::array outputs{Output{"kirchhoff_stress_zz", "Pa"}};
+    static constexpr std::array outputs{StateOutput{"kirchhoff_stress_zz", "Pa"}};
     /// Returns the Kirchhoff stress across the plane, τ_zz [Pa], without a viscous part.
     std::array<S, 1> output(const State& particle) const { return {firn::kirchhoff_stress(model(), particle)(2, 2)}; }
 

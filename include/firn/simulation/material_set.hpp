@@ -123,7 +123,7 @@ public:
             return detail::gradient_facts<S, D>(particles.state(slot).F);
         return {};
     }
-    std::span<const Output> outputs() const override {
+    std::span<const StateOutput> outputs() const override {
         if constexpr (has_outputs<Material, D>) {
             static_assert(Material::outputs.size() <= most_outputs, "firn: a material has at most 8 outputs.");
             return Material::outputs;
