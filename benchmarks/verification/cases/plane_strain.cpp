@@ -1,6 +1,8 @@
 /// \file Plane strain in two dimensions against a slab in three.
 #include "scenes/plane_strain.hpp"
 
+#include <firn/soil.hpp>
+
 #include "case.hpp"
 
 using namespace firn;
@@ -29,6 +31,14 @@ int main(int argc, char** argv) {
     const auto sand =
         compare("sand", Sand<double>::from_properties({.young = 1e6, .poisson = 0.3, .friction_angle = degrees(30)}), 2,
                 500, strained);
+    compare("Mohr–Coulomb",
+            MohrCoulomb<double>::from_properties({.young = 1e6,
+                                                  .poisson = 0.3,
+                                                  .cohesion = 1e3,
+                                                  .friction_angle = degrees(25),
+                                                  .dilatancy_angle = degrees(5),
+                                                  .tension = 500}),
+            2, 500, strained);
     const auto clay = compare("NACC, 400 steps", Nacc<double>::from_properties({.young = 1e6, .poisson = 0.3}), 0.7,
                               400, [](const auto& s) { return s.log_volume != 0; });
     const auto percent = [](double share) { return sentence(std::round(100 * share)) + " %"; };
