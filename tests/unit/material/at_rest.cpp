@@ -56,6 +56,9 @@ TEST_CASE("Every material with an elastic strain is found in the state that bear
     check_elastic<3>(Sand<double>::from_properties({.young = 1e5, .friction_angle = degrees(35)}), stress);
     check_elastic<3>(VonMises<double>::from_properties({.young = 1e5, .yield_stress = 1e4}), stress);
     check_elastic<3>(Nacc<double>::from_properties({.young = 1e5, .consolidation = 3e4}), stress);
+    check_elastic<3>(MohrCoulomb<double>::from_properties({.young = 1e5, .cohesion = 1e4}), stress);
+    check_elastic<3>(ModifiedCamClay<double>::from_properties({}), stress);
+    check_elastic<2>(PlaneStrain<ModifiedCamClay<double>>{ModifiedCamClay<double>::from_properties({})}, stress);
     check_elastic<3>(Fluid<double>::from_properties({.bulk = 1e5}), even);
     check_elastic<3>(Snow<double>::from_properties({.young = 1e6}), even);
     check_elastic<2>(Hencky<double>::from_young_poisson(1e5, 0.3), stress, 2);
