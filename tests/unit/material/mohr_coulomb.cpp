@@ -347,7 +347,7 @@ TEMPLATE_TEST_CASE_SIG("dual numbers give the tangent in every region of Mohr–
     for (const double tension : {none, 4e3})
         for (const double dilatancy : {30., 10., 0.}) {
             const auto model = Model::from_properties(properties(1e4, 30, dilatancy, tension, 0.3));
-            for (int k = 0; k < test_support::fewer_if_quick(3000, 300); ++k) {
+            for (int k = 0; k < test_support::fewer_if_quick(1000, 300); ++k) {
                 const Vec<double, D> e = strains<D>(random, 0.04, 0.03);
                 const Numbers<D> trial = elasticity_of<D>(model) * vector_of<D>(e);
                 const auto solutions = all_solutions<D>(model, trial, 1e4);
@@ -365,8 +365,8 @@ TEMPLATE_TEST_CASE_SIG("dual numbers give the tangent in every region of Mohr–
                 worst = std::max(worst, error);
             }
         }
-    for (int n = 1; n <= D; ++n) CHECK(by_active[n] > test_support::fewer_if_quick(300, 30));
-    CHECK(equal > test_support::fewer_if_quick(300, 30));
+    for (int n = 1; n <= D; ++n) CHECK(by_active[n] > test_support::fewer_if_quick(100, 30));
+    CHECK(equal > test_support::fewer_if_quick(100, 30));
     CAPTURE(worst, equal);
     CHECK(worst > 0);
     CHECK(worst <= 1e-8);
