@@ -1,3 +1,4 @@
+// quick: no
 /// \file Plane strain: a simulation in two dimensions moves as a slab between mirrored walls in three.
 #include "../../benchmarks/verification/scenes/plane_strain.hpp"
 

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Softening that is scaled by the cell size: a simulation gives the bits of a model with the scaled strain.
 #include "support/catch.hpp"
 #include "support/message.hpp"
