@@ -111,9 +111,7 @@ int reduce(int argc, char** argv) {
 
     Slope slope = made(h, options.threads);
     settle(slope);
-    const auto weaken = [](Soil& soil, double by) {
-        static_cast<firn::MohrCoulomb<double>&>(soil) = soil.weakened(by);
-    };
+    const auto weaken = [](Soil& soil, double by) { soil.weaken(by); };
     const firn::FactorOfSafety safety = firn::factor_of_safety(slope, weaken, fails, {.highest = 2, .tolerance = 0.03});
     std::printf("factor of safety: between %.3f and %.3f, with cells of %.2f m\n", safety.stands, safety.fails, h);
 

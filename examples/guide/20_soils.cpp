@@ -79,7 +79,7 @@ bool ground_stands(const Soil& soil) {
 //!
 //! `edit_material()` changes parameters of the material during a run. Stresses and the bound of the time step follow,
 //! states say that it was changed, and a restart takes the parameters from the state. firn::factor_of_safety uses it:
-//! copies of ground at rest are tried with c and tan φ divided by a factor (`weakened()`), until one fails.
+//! copies of ground at rest are tried with c and tan φ divided by a factor (`weaken()`), until one fails.
 //!
 //! Here a block of clay, φ = 0, stands free on a rough floor. It fails where ρ g H is a few times c.
 bool block_has_a_factor(const firn::MohrCoulomb<double>& clay) {
@@ -101,9 +101,7 @@ bool block_has_a_factor(const firn::MohrCoulomb<double>& clay) {
         trial.advance(2);
         return top() < before - 0.05 * height;
     };
-    const auto weaken = [](Soil& soil, double factor) {
-        static_cast<firn::MohrCoulomb<double>&>(soil) = soil.weakened(factor);
-    };
+    const auto weaken = [](Soil& soil, double factor) { soil.weaken(factor); };
     const firn::FactorOfSafety safety = firn::factor_of_safety(block, weaken, fails, {.highest = 10, .tolerance = 0.2});
     const double number = density * g * height / (clay.cohesion / safety.value());
     std::printf("block of clay: factor of safety %.1f, fails at rho g H / c = %.1f\n", safety.value(), number);

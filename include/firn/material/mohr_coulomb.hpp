@@ -140,23 +140,21 @@ struct MohrCoulomb {
                        double(tension), double(softening_strain));
     }
 
-    /// Returns this soil with less strength: c and tan φ are divided by a factor, and ψ is at most φ. The tension
-    /// cut-off stays. \see factor_of_safety
+    /// Takes strength from this soil: divides c and tan φ by a factor, and lets ψ be at most φ. The tension cut-off
+    /// stays. \see factor_of_safety
     /// \throws parameter_error  unless the factor is positive and finite
-    MohrCoulomb weakened(double factor) const
+    void weaken(double factor)
         requires std::floating_point<S>
     {
         if (!(factor > 0) || !std::isfinite(factor))
             throw parameter_error(sentence("Strength is divided by ", factor, "; give a positive, finite factor."));
-        MohrCoulomb weak = *this;
-        const auto reduced = [&](S angle) { return S(std::atan(std::tan(double(angle)) / factor)); };
-        weak.cohesion = S(double(cohesion) / factor);
-        weak.residual_cohesion = S(double(residual_cohesion) / factor);
-        weak.friction_angle = reduced(friction_angle);
-        weak.residual_friction_angle = reduced(residual_friction_angle);
-        weak.dilatancy_angle = std::min(dilatancy_angle, weak.friction_angle);
-        weak.residual_dilatancy_angle = std::min(residual_dilatancy_angle, weak.residual_friction_angle);
-        return weak;
+        const auto reduce = [&](S& c, S& friction, S& dilatancy) {
+            c = S(double(c) / factor);
+            friction = S(std::atan(std::tan(double(friction)) / factor));
+            dilatancy = std::min(dilatancy, friction);
+        };
+        reduce(cohesion, friction_angle, dilatancy_angle);
+        reduce(residual_cohesion, residual_friction_angle, residual_dilatancy_angle);
     }
 
     /// The elastic solid with the moduli of this soil.

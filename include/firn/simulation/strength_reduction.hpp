@@ -4,7 +4,6 @@
 #include <firn/core/error.hpp>
 
 #include <cmath>
-#include <functional>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -26,7 +25,7 @@ struct FactorOfSafety {
 /// Finds the factor of safety of ground: its strength is divided by a factor until it fails, and the factor is found by
 /// bisection. Every trial is a run of its own, of a copy of the simulation.
 ///
-///     const auto safety = factor_of_safety(slope, [](auto& soil, double factor) { soil = soil.weakened(factor); },
+///     const auto safety = factor_of_safety(slope, [](auto& soil, double factor) { soil.weaken(factor); },
 ///                                          [&](auto& slope) { slope.advance(10); return crest_moves(slope) > 0.2; });
 ///
 /// Zienkiewicz, Humpheson and Lewis 1975, "Associated and non-associated visco-plasticity and plasticity in soil

@@ -566,13 +566,14 @@ TEST_CASE("inverted soil that yields becomes upright", "[material]") {
 }
 
 TEST_CASE("A weakened soil has its cohesion and the tangent of its friction angle divided") {
-    const auto soil = MohrCoulomb<double>::from_properties({.cohesion = 1e4,
-                                                            .friction_angle = degrees(30),
-                                                            .dilatancy_angle = degrees(25),
-                                                            .residual_cohesion = 1e3,
-                                                            .residual_friction_angle = degrees(20),
-                                                            .softening_strain = 0.1});
-    const auto weak = soil.weakened(1.5);
+    auto soil = MohrCoulomb<double>::from_properties({.cohesion = 1e4,
+                                                      .friction_angle = degrees(30),
+                                                      .dilatancy_angle = degrees(25),
+                                                      .residual_cohesion = 1e3,
+                                                      .residual_friction_angle = degrees(20),
+                                                      .softening_strain = 0.1});
+    auto weak = soil;
+    weak.weaken(1.5);
     CHECK(weak.cohesion == Approx(1e4 / 1.5));
     CHECK(std::tan(weak.friction_angle) == Approx(std::tan(soil.friction_angle) / 1.5));
     CHECK(weak.dilatancy_angle == weak.friction_angle);
@@ -580,7 +581,7 @@ TEST_CASE("A weakened soil has its cohesion and the tangent of its friction angl
     CHECK(std::tan(weak.residual_friction_angle) == Approx(std::tan(soil.residual_friction_angle) / 1.5));
     CHECK(weak.mu == soil.mu);
     CHECK_NOTHROW(check_material<3>(weak));
-    CHECK_THROWS_AS(soil.weakened(0), parameter_error);
+    CHECK_THROWS_AS(soil.weaken(0), parameter_error);
 }
 
 }  // namespace mohr_coulomb_tests
