@@ -4,6 +4,8 @@
 #include <firn/firn.hpp>
 #include <firn/soil.hpp>
 
+#include "places.hpp"
+
 #include <cmath>
 #include <vector>
 
@@ -13,7 +15,6 @@ namespace verification {
 struct Unrest {
     double speed = 0;         ///< largest speed of a particle, looked at every 10 ms [m/s]
     double displacement = 0;  ///< largest displacement of a particle at the end [m]
-    long long steps = 0;
 };
 
 /// Level ground 2 m high, with a surface on a plane of nodes. Waves of pressure run at 10 m/s.
@@ -39,23 +40,15 @@ struct LevelGround {
         const Body soil = simulation.add(sample_box<2>({0, 0}, {8 * h, height}, {.spacing = h / 2}), density);
         if (at_rest) set_at_rest(simulation.set(), soil, ground);
         const auto& particles = simulation.particles();
-        const auto each = [&](const auto& f) {
-            for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-                if (particles.is_particle(slot)) f(slot, particles.id(slot));
-        };
-        std::vector<Vec<double, 2>> start(particles.size());
-        each([&](std::size_t slot, std::size_t id) { start[id] = particles.exact_position(slot); });
+        const auto start = places_of(simulation);
         Unrest unrest;
         while (simulation.time() < time - 1e-9) {
             simulation.advance(0.01);
-            each([&](std::size_t slot, std::size_t) {
-                unrest.speed = std::max(unrest.speed, double(norm(particles.velocity(slot))));
-            });
+            for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+                if (particles.is_particle(slot))
+                    unrest.speed = std::max(unrest.speed, double(norm(particles.velocity(slot))));
         }
-        each([&](std::size_t slot, std::size_t id) {
-            unrest.displacement = std::max(unrest.displacement, norm(particles.exact_position(slot) - start[id]));
-        });
-        unrest.steps = (long long)(simulation.steps());
+        unrest.displacement = largest_motion(start, places_of(simulation));
         return unrest;
     }
     static firn::GroundAtRest<2> ground() {

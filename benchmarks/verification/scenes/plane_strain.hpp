@@ -33,14 +33,13 @@ PlaneStrainErrors compare_with_slab(const Model& model, int steps, double dt, do
     const Domain<2> plane{{-8 * h, 0}, {20 * h, 12 * h}, h};
     auto floor = Walls<double, 2>::all(plane.lower, plane.upper, {Contact::none, 0});
     floor.at_lower[1] = {Contact::stick, 0};
+    floor.nodes_behind = NodesBehind::mirrored;
     Simulation block(plane, PlaneStrain<Model>{model}, floor, Coloured{1});
     const Domain<3> space{{-8 * h, 0, 0}, {20 * h, 12 * h, 3 * h}, h};
     auto sides = Walls<double, 3>::all(space.lower, space.upper, {Contact::none, 0});
     sides.at_lower[1] = {Contact::stick, 0};
     sides.at_lower[2] = sides.at_upper[2] = {Contact::slip, 0};
     sides.nodes_behind = NodesBehind::mirrored;
-    floor.nodes_behind = NodesBehind::mirrored;
-    block.boundary = floor;
     Simulation slab(space, model, sides, Coloured{1});
     block.gravity = {};
     slab.gravity = {};

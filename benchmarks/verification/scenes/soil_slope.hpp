@@ -4,6 +4,8 @@
 #include <firn/firn.hpp>
 #include <firn/soil.hpp>
 
+#include "places.hpp"
+
 #include <cmath>
 #include <vector>
 
@@ -18,7 +20,7 @@ struct SoilSlope {
     /// Height of the surface at x [m].
     static double surface(double x) { return std::clamp(height - (x - crest) / 2, 0.0, height); }
 
-    /// The strength of the issue: c = 0.05 ρ g H, φ = 20°, ψ = 0, ν = 0.3.
+    /// The soil of Griffiths and Lane 1999: c = 0.05 ρ g H, φ = 20°, ψ = 0, ν = 0.3.
     static firn::MohrCoulombProperties strength() {
         return {
             .young = 1e7, .poisson = 0.3, .cohesion = 0.05 * density * g * height, .friction_angle = firn::degrees(20)};
@@ -49,28 +51,14 @@ struct SoilSlope {
             }
         return run;
     }
-    /// Returns how far the surface at the crest has moved from `start` [m].
+    /// Returns how far the soil at the crest has moved from `start` [m].
     static double moved(const Run& run, const std::vector<firn::Vec<double, 2>>& start) {
-        double most = 0;
-        const auto& particles = run.particles();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot)) continue;
-            const auto& from = start[particles.id(slot)];
-            if (std::abs(from[0] - crest) < 1 && from[1] > height - 1)
-                most = std::max(most, norm(particles.exact_position(slot) - from));
-        }
-        return most;
-    }
-    static std::vector<firn::Vec<double, 2>> positions(const Run& run) {
-        const auto& particles = run.particles();
-        std::vector<firn::Vec<double, 2>> all(particles.next_id());
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot)) all[particles.id(slot)] = particles.exact_position(slot);
-        return all;
+        return largest_motion(start, places_of(run),
+                              [](const auto& x) { return std::abs(x[0] - crest) < 1 && x[1] > height - 1; });
     }
     /// Whether a slope fails: its crest moves by more than 0.02 H within 20 √(H/g).
     static bool fails(Run& run) {
-        const auto start = positions(run);
+        const auto start = places_of(run);
         const double end = run.time() + 20 * std::sqrt(height / g);
         while (run.time() < end - 1e-9) {
             run.advance(std::min(1.0, end - run.time()));

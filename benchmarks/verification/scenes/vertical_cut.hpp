@@ -4,6 +4,8 @@
 #include <firn/firn.hpp>
 #include <firn/soil.hpp>
 
+#include "places.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -40,17 +42,7 @@ struct VerticalCut {
 
     /// Time that a shear wave takes over H [s].
     static double unit() { return height / std::sqrt(young / (2 * (1 + poisson)) / density); }
-    /// Stability number γH/c at a gravity [1].
-    static double number(double g) { return density * g * height / cohesion; }
 
-    /// Returns the places of all particles, by id.
-    std::vector<firn::Vec<double, 2>> places() const {
-        const auto& particles = run.particles();
-        std::vector<firn::Vec<double, 2>> all(particles.next_id());
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot)) all[particles.id(slot)] = particles.exact_position(slot);
-        return all;
-    }
     /// Raises the weight slowly to a stability number, over 40 unit()s, and waits 160 more, with damping.
     /// \return  the largest distance by which a particle has moved in the last 80 [m]
     double raise_to(double n) {
@@ -60,13 +52,10 @@ struct VerticalCut {
         };
         for (int k = 1; k <= 40; ++k) wait(from + (to - from) * k / 40, 1);
         wait(to, 80);
-        const auto before = places();
+        const auto before = places_of(run);
         wait(to, 80);
-        const auto after = places();
-        double moved = 0;
-        for (std::size_t i = 0; i < after.size(); ++i) moved = std::max(moved, norm(after[i] - before[i]));
         gravity = to;
-        return moved;
+        return largest_motion(before, places_of(run));
     }
     /// Finds the stability number at which the cut fails: where the soil still moves by more than 1e-3 H in 80 unit()s.
     /// Trials go on from the cut at `stands`, by bisection.
