@@ -23,9 +23,10 @@ namespace detail {
 /// \param slots   slots of the particles in the particle store; the i-th value of each field belongs to the particle in
 ///                the slot slots[i]
 /// \param before  fields of an older state; the memory of these fields is reused
+/// \param time    the present time [s]
 template <class S, int D>
 std::vector<StateField<S>> fields_of(const SetOf<S, D>& set, const std::vector<std::uint32_t>& slots,
-                                     std::vector<StateField<S>> before, int threads) {
+                                     std::vector<StateField<S>> before, double time, int threads) {
     const ParticleStore<S, D>& particles = set.store();
     const FieldTable& table = particles.table();
     std::size_t less_one = 0;
@@ -54,7 +55,7 @@ std::vector<StateField<S>> fields_of(const SetOf<S, D>& set, const std::vector<s
     for (std::size_t k = 0; k < set.outputs().size(); ++k)
         fill(before[next++], set.outputs()[k].name, set.outputs()[k].unit, 1, [&](std::size_t slot, S* to) {
             std::array<S, most_outputs> numbers;
-            set.output(slot, numbers.data());
+            set.output(slot, time, numbers.data());
             *to = numbers[k];
         });
     return before;
@@ -139,7 +140,7 @@ void fill_state_of(const RunOf<S, D>& run, const SetOf<S, D>& set, PolicyFacts p
         if (whole) state.facets.insert(state.facets.end(), rows.begin(), rows.end());
     }
 
-    state.fields = fields_of(set, slot_of, std::move(before.fields), threads);
+    state.fields = fields_of(set, slot_of, std::move(before.fields), run.time(), threads);
 
     state.attributes = std::move(policies.attributes);
     for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));

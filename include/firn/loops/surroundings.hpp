@@ -3,6 +3,7 @@
 
 #include <firn/data/memory.hpp>
 #include <firn/data/particle_set.hpp>
+#include <firn/data/particle_store.hpp>
 #include <firn/loops/places.hpp>
 #include <firn/stage/surroundings.hpp>
 
@@ -76,6 +77,16 @@ private:
     SurroundingsInBlocks<View> in_blocks_;
     aligned_vector<S> positions_;
 };
+
+/// Returns the surroundings of one particle, outside of a step: the velocity is its own.
+/// \tparam T     the scalar of the material that asks
+/// \param time  [s]
+template <std::floating_point T, std::floating_point S, int D>
+Surroundings<T, D> surroundings_of_particle(const ParticleStore<S, D>& particles, std::size_t slot, double time) {
+    return surroundings_of(cast<T>(particles.exact_position(slot)), cast<T>(particles.velocity(slot)),
+                           T(particles.mass(slot)), T(particles.volume(slot)), T(particles.domain().cell_size),
+                           T(time));
+}
 
 /// Stands for the surroundings of a set whose material does not ask.
 struct NoSurroundings {

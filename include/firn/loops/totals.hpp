@@ -8,7 +8,7 @@
 #include <firn/data/particles.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/loops/execution.hpp>
-#include <firn/material/surroundings.hpp>
+#include <firn/loops/surroundings.hpp>
 #include <firn/math/rotor.hpp>
 
 #include <algorithm>
@@ -80,14 +80,16 @@ FIRN_INLINE void for_quantities(Of& totals, const F& f) {
 /// Returns the totals of one particle.
 /// \param material  the constitutive model in double
 /// \param inertia   inertia of an affine field, per mass [m²]
-/// \param h         cell size [m]
 template <class Material, std::floating_point S, int D, class State>
 FIRN_INLINE Totals<D> totals_of_particle(const Particles<S, D, State>& particles, std::size_t slot,
-                                         const Material& material, double inertia, [[maybe_unused]] double h) {
+                                         const Material& material, double inertia) {
     const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
     const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
     const Mat<double, D> C = cast<double>(particles.affine(slot));
     const auto state = converted_state<material_state_t<Material, D>>(particles.state(slot));
+    [[maybe_unused]] const auto here = [&] {  // the time is not known
+        return surroundings_of_particle<double>(particles, slot, std::numeric_limits<double>::quiet_NaN());
+    };
     Totals<D> one;
     one.particles = 1;
     one.mass = mass;
@@ -96,13 +98,7 @@ FIRN_INLINE Totals<D> totals_of_particle(const Particles<S, D, State>& particles
     one.first_moment = x * mass;
     one.kinetic_energy = 0.5 * mass * (dot(v, v) + inertia * squared_norm(C));
     if constexpr (has_energy_density<Material, D>)
-        one.elastic_energy =
-            volume * energy_density(placed<D>(material,
-                                              [&] {
-                                                  constexpr double time = std::numeric_limits<double>::quiet_NaN();
-                                                  return Surroundings<double, D>{x, v, h, time, mass / volume};
-                                              }),
-                                    state);
+        one.elastic_energy = volume * energy_density(placed<D>(material, here), state);
     else
         one.elastic_energy = std::numeric_limits<double>::quiet_NaN();
     if constexpr (requires { state.dissipated; }) one.dissipated_energy = volume * state.dissipated;
@@ -177,7 +173,7 @@ TotalsSums<D> sum_totals(const Particles<S, D, State>& particles, const Domain<D
         const std::size_t end = std::min(particles.slots(), (c + 1) * chunk);
         for (std::size_t slot = c * chunk; slot < end; ++slot) {
             if (!particles.is_particle(slot)) continue;
-            Totals<D> one = totals_of_particle(particles, slot, exact, inertia, domain.cell_size);
+            Totals<D> one = totals_of_particle(particles, slot, exact, inertia);
             if constexpr (has_local_inertia<Kernel>) add_affine<Kernel>(one, particles, slot, domain);
             std::size_t q = 0;
             for_quantities(one, [&](double quantity) FIRN_LAMBDA { share.rows[q++][count] = quantity; });

@@ -7,7 +7,7 @@
 
 #include <firn/data/check_particles.hpp>
 #include <firn/loops/places.hpp>
-#include <firn/material/surroundings.hpp>
+#include <firn/stage/surroundings.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
@@ -85,9 +85,8 @@ template <class View, class Material>
     for (int a = 0; a < D; ++a) velocity[a] = P(view.velocity.at(slots, a));
     const P mass = P(view.mass.at(slots, 0)), volume = P(view.volume.at(slots, 0));
     // The position and the time are not known here.
-    const auto& here = placed<D>(lifted, [&] {
-        return Surroundings<P, D>{Vec<P, D>::zero(), velocity, P(S(cell_size)), P(0), mass / volume};
-    });
+    const auto& here = placed<D>(
+        lifted, [&] { return surroundings_of(Vec<P, D>::zero(), velocity, mass, volume, P(S(cell_size)), P(0)); });
     facts.signal_speed =
         double(lane_value(firn::signal_speed(here, velocity, mass, volume, state, P(S(cell_size))), 0));
     facts.undeformed_speed = double(lane_value(wave_speed(here, mass / volume, initial_state<D>(lifted)), 0));

@@ -95,10 +95,6 @@ FIRN_INLINE Mat<S, 2> in_plane(const Mat<S, 3>& a) {
     unroll<4>([&](auto k) FIRN_LAMBDA { part.m[k] = a(k % 2, k / 2); });
     return part;
 }
-template <scalar S>
-FIRN_INLINE const Mat<S, 2>& in_plane(const Mat<S, 2>& a) {
-    return a;
-}
 /// Returns the gradient in three dimensions of a velocity in the plane that does not change across it.
 template <scalar S>
 FIRN_INLINE Mat<S, 3> in_space(const Mat<S, 2>& gradient) {

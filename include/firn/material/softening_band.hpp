@@ -34,8 +34,8 @@ struct named_softening_band {
 ///     const SofteningBand<MohrCoulomb<float>> clay{MohrCoulomb<float>::from_properties({.softening_strain = 2}),
 ///     0.01};
 ///
-/// The cell size comes from the simulation. An Adjoint and WGSL programs know no surroundings: give them the model
-/// itself with softening_strain_in(cell_size).
+/// The cell size comes from the simulation. An Adjoint, and stages that a program calls by themselves, know no
+/// surroundings: give them the model itself with softening_strain_in(cell_size).
 ///
 /// Bažant and Oh 1983, "Crack band theory for fracture of concrete"; Pietruszczak and Mróz 1981, "Finite element
 /// analysis of deformation of strain-softening materials".

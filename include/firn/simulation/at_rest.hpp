@@ -6,9 +6,11 @@
 #include <firn/simulation.hpp>
 #include <firn/simulation/elastic_state.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -78,6 +80,7 @@ void set_at_rest(SetHandle<Simulation, I> set, const Body& body, const GroundAtR
     detail::check_ground(ground);
     set.simulation().sets()[I].check_body(body);
     const auto material = lift<double>(set.material());
+    const double time = set.simulation().time();
     using State = std::remove_cvref_t<decltype(set.particles().state(0))>;
     using OfDoubles = material_state_t<std::remove_cvref_t<decltype(material)>, D>;
     struct Found {
@@ -109,9 +112,11 @@ void set_at_rest(SetHandle<Simulation, I> set, const Body& body, const GroundAtR
                                            name_of<std::remove_cvref_t<decltype(material)>>(),
                                            " has no pore pressure: use Undrained<…>, or leave the water table out and "
                                            "give the density under buoyancy."));
-        auto found = elastic_state<D>(material, {-across, -effective, -across}, start);
-        if constexpr (has_water) found.pore_pressure = water * (1 + volume_change(found));
-        all.push_back({slot, detail::converted_state<State>(found), S(volume / (1 + volume_change(found)))});
+        const auto here = [&] { return detail::surroundings_of_particle<double>(particles, slot, time); };
+        auto found = elastic_state<D>(placed<D>(material, here), {-across, -effective, -across}, start);
+        const double J = 1 + volume_change(found);
+        if constexpr (has_water) found.pore_pressure = water * J;
+        all.push_back({slot, detail::converted_state<State>(found), S(volume / J)});
     }
     auto& changed = set.edit_particles();
     for (const Found& one : all) {

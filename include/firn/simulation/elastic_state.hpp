@@ -6,6 +6,7 @@
 #include <firn/data/converted_state.hpp>
 #include <firn/material/check.hpp>
 #include <firn/math/exp_log.hpp>
+#include <firn/math/inverse.hpp>
 #include <firn/stage/volume_filter.hpp>
 
 #include <algorithm>
@@ -111,32 +112,23 @@ private:
         std::ranges::transform(misfit_along(strain, strain.size()), values.begin(), &Dual::value);
         return values;
     }
-    /// Solves the equations of Newton's method, by elimination with pivots.
+    /// Returns the step of Newton's method.
     Strain newton_step(const Strain& strain) const {
-        constexpr auto n = std::size_t(N);
-        std::array<std::array<double, n>, n> A;
-        Strain b = misfit(strain);
-        for (std::size_t j = 0; j < n; ++j) {
-            const Duals column = misfit_along(strain, j);
-            for (std::size_t i = 0; i < n; ++i) A[i][j] = column[i].derivative;
+        Strain rest, step{};
+        Mat<double, N> A;
+        for (int j = 0; j < N; ++j) {
+            const Duals along = misfit_along(strain, std::size_t(j));
+            for (int i = 0; i < N; ++i) A(i, j) = along[std::size_t(i)].derivative;
+            std::ranges::transform(along, rest.begin(), &Dual::value);
         }
-        for (std::size_t k = 0; k < n; ++k) {
-            std::size_t pivot = k;
-            for (std::size_t i = k + 1; i < n; ++i)
-                if (std::abs(A[i][k]) > std::abs(A[pivot][k])) pivot = i;
-            std::swap(A[k], A[pivot]), std::swap(b[k], b[pivot]);
-            for (std::size_t i = k + 1; i < n; ++i) {
-                const double part = A[i][k] / A[k][k];
-                for (std::size_t j = k; j < n; ++j) A[i][j] -= part * A[k][j];
-                b[i] -= part * b[k];
-            }
+        if constexpr (N == 1) {
+            step[0] = -rest[0] / A(0, 0);
+        } else {
+            const Mat<double, N> inverse = inverse_transposed<double, N>(A);
+            for (int i = 0; i < N; ++i)
+                for (int j = 0; j < N; ++j) step[std::size_t(i)] -= inverse(j, i) * rest[std::size_t(j)];
         }
-        for (std::size_t i = n; i-- > 0;) {
-            for (std::size_t j = i + 1; j < n; ++j) b[i] -= A[i][j] * b[j];
-            b[i] /= A[i][i];
-        }
-        for (double& x : b) x = -x;
-        return b;
+        return step;
     }
 
     OfDuals material_;

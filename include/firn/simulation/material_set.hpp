@@ -131,10 +131,14 @@ public:
             return {};
         }
     }
-    /// Computes the outputs of a particle. \param to  memory for as many numbers as there are outputs
-    void output(std::size_t slot, S* to) const override {
-        static_cast<void>(slot), static_cast<void>(to);
-        if constexpr (has_outputs<Material, D>) std::ranges::copy(material.output(particles.state(slot)), to);
+    /// Computes the outputs of a particle. \param time  the present time [s]
+    /// \param to  memory for as many numbers as there are outputs
+    void output([[maybe_unused]] std::size_t slot, [[maybe_unused]] double time,
+                [[maybe_unused]] S* to) const override {
+        if constexpr (has_outputs<Material, D>) {
+            const auto here = [&] { return detail::surroundings_of_particle<S>(particles, slot, time); };
+            std::ranges::copy(placed<D>(material, here).output(particles.state(slot)), to);
+        }
     }
     bool is_elastic() const override { return detail::is_elastic<Material, D>; }
 

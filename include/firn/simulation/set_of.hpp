@@ -58,8 +58,9 @@ public:
     /// Returns facts about the deformation gradient of a particle; none if the state has no member F.
     virtual std::optional<detail::GradientFacts<S, D>> gradient_of(std::size_t slot) const = 0;
     virtual std::span<const StateOutput> outputs() const = 0;  ///< Returns what states have besides the fields.
-    /// Computes the outputs of a particle. \param to  memory for as many numbers as there are outputs
-    virtual void output(std::size_t slot, S* to) const = 0;
+    /// Computes the outputs of a particle. \param time  the present time [s]
+    /// \param to  memory for as many numbers as there are outputs
+    virtual void output(std::size_t slot, double time, S* to) const = 0;
     virtual bool is_elastic() const = 0;  ///< Returns whether F alone is the state, and nothing yields.
     /// @}
 

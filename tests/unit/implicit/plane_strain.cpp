@@ -1,3 +1,4 @@
+// quick: no
 /// \file Plane strain in quasi-static steps: a block in two dimensions settles as a slab in three.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>

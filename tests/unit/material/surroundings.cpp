@@ -2,6 +2,8 @@
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
 #include <firn/firn.hpp>
+#include <firn/io/simulation_state.hpp>
+#include <firn/soil.hpp>
 
 namespace surroundings_tests {
 
@@ -165,6 +167,25 @@ TEST_CASE("Stress, bound of the time step and energy are those of the material a
     }
     CHECK(simulation.stable_time_step() == Approx(time_step_safety<QuadraticBSpline> / 16 / fastest).epsilon(1e-12));
     CHECK(simulation.totals().elastic_energy == Approx(energy).epsilon(1e-12));
+}
+
+TEST_CASE("Ground at rest, and the stress across the plane, are those of the material at the particle's place") {
+    using Model = PlaneStrain<Curious<double>>;
+    auto simulation = flying<Model>({});
+    set_at_rest(simulation.set(), simulation.bodies()[0], {.surface = [](const auto&) { return 0.2; }});
+    const auto saved = state_of(simulation);
+    const auto& across = saved.field("kirchhoff_stress_zz").values;
+    const auto& particles = simulation.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        const auto x = particles.exact_position(slot);
+        const auto F = particles.state(slot).F;
+        const auto tau = Hencky<double>{1e4 * (1 + x[0]), 1e4}.kirchhoff_stress(F);
+        const double vertical = 500 * 9.81 * (0.2 - x[1]), J = determinant(F);
+        CHECK(tau(1, 1) == Approx(-J * vertical).epsilon(1e-9));
+        CHECK(tau(0, 0) == Approx(-J * vertical / 2).epsilon(1e-9));
+        CHECK(across[particles.id(slot)] == Approx(tau(2, 2)).epsilon(1e-12));
+    }
 }
 
 TEST_CASE("Wrappers of a material that asks hand the surroundings on") {
