@@ -48,68 +48,77 @@ mistake() {
     mistakes=$((mistakes + 1))
 }
 
-# firn/core/tensor.hpp -> core; firn/simulation.hpp -> simulation
+# layer_of HEADER: sets layer to its layer: firn/core/tensor.hpp -> core; firn/simulation.hpp -> simulation
 layer_of() {
-    local path=${1#firn/}
-    path=${path%%/*}
-    echo "${path%.hpp}"
+    layer=${1#firn/}
+    layer=${layer%%/*}
+    layer=${layer%.hpp}
 }
 
 uses() { # HEADER LAYER LIBRARY WHERE
     [[ ${may_use[$2]} == *" $3 "* ]] || mistake "$1:$4: the layer $2 may not use $3"
 }
 
+cd "$include_dir"
+headers=() # of layers that are known
 count=0
-while IFS= read -r -d '' file; do
-    header=${file#"$include_dir"/}
+while IFS= read -r -d '' header; do
     count=$((count + 1))
 
-    lines=$(wc -l <"$file")
+    mapfile -t text <"$header"
+    lines=${#text[@]}
     ((lines <= max_lines)) || mistake "$header: $lines lines, at most $max_lines are allowed"
-    [[ $(head -n 1 "$file") == '/// \file '* ]] || mistake "$header:1: begin with /// \\file and what it is for"
+    [[ ${text[0]:-} == '/// \file '* ]] || mistake "$header:1: begin with /// \\file and what it is for"
 
-    own=$(layer_of "$header")
-    if [[ -z ${level[$own]:-} ]]; then
-        mistake "$header: the folder $own is not in the table of layers"
+    layer_of "$header"
+    if [[ -n ${level[$layer]:-} ]]; then
+        headers+=("$header")
+    else
+        mistake "$header: the folder $layer is not in the table of layers"
+    fi
+done < <(find firn -name '*.hpp' -print0 | sort -z)
+
+# lines_of PATTERN: HEADER:LINE:TEXT of all lines that match; one process for all headers.
+lines_of() { ((${#headers[@]} == 0)) || grep -HnE "$1" "${headers[@]}" || true; }
+
+while IFS=: read -r header line text; do
+    layer_of "$header"
+    own=$layer
+    if [[ $text =~ \"(.*)\" ]]; then
+        mistake "$header:$line: write #include <${BASH_REMATCH[1]}>, in angle brackets and from firn/ on"
         continue
     fi
+    [[ $text =~ \<(.*)\> ]] || continue
+    target=${BASH_REMATCH[1]}
+    case $target in
+        firn/*)
+            layer_of "$target"
+            if [[ -z ${level[$layer]:-} ]]; then
+                mistake "$header:$line: the folder $layer is not in the table of layers"
+            elif [[ $layer != "$own" ]] && ((level[$layer] >= level[$own])); then
+                mistake "$header:$line: the layer $own may not include <$target>"
+            fi
+            ;;
+        omp.h) uses "$header" "$own" openmp "$line" ;;
+        hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
+        webgpu.h | webgpu/*.h) uses "$header" "$own" webgpu "$line" ;;
+        mpi.h) uses "$header" "$own" mpi "$line" ;;
+        immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
+        fcntl.h | sched.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
+        Eigen/* | unsupported/Eigen/* | math.h | stdlib.h) ;;
+        */* | *.h) mistake "$header:$line: <$target> is not in the table of layers" ;;
+    esac
+done < <(lines_of '^[[:space:]]*#[[:space:]]*include')
 
-    while IFS=: read -r line text; do
-        if [[ $text =~ \"(.*)\" ]]; then
-            mistake "$header:$line: write #include <${BASH_REMATCH[1]}>, in angle brackets and from firn/ on"
-            continue
-        fi
-        [[ $text =~ \<(.*)\> ]] || continue
-        target=${BASH_REMATCH[1]}
-        case $target in
-            firn/*)
-                other=$(layer_of "$target")
-                if [[ -z ${level[$other]:-} ]]; then
-                    mistake "$header:$line: the folder $other is not in the table of layers"
-                elif [[ $other != "$own" ]] && ((level[$other] >= level[$own])); then
-                    mistake "$header:$line: the layer $own may not include <$target>"
-                fi
-                ;;
-            omp.h) uses "$header" "$own" openmp "$line" ;;
-            hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
-            webgpu.h | webgpu/*.h) uses "$header" "$own" webgpu "$line" ;;
-            mpi.h) uses "$header" "$own" mpi "$line" ;;
-            immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
-            fcntl.h | sched.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
-            Eigen/* | unsupported/Eigen/* | math.h | stdlib.h) ;;
-            */* | *.h) mistake "$header:$line: <$target> is not in the table of layers" ;;
-        esac
-    done < <(grep -nE '^[[:space:]]*#[[:space:]]*include' "$file" || true)
+while IFS=: read -r header line _; do
+    mistake "$header:$line: write namespace firn::inline FIRN_BUILD, see firn/core/build.hpp"
+done < <(lines_of '^namespace firn[ :]' | grep -vE 'firn::inline FIRN_BUILD|whatever the build' || true)
 
-    while IFS=: read -r line _; do
-        mistake "$header:$line: write namespace firn::inline FIRN_BUILD, see firn/core/build.hpp"
-    done < <(grep -nE '^namespace firn[ :]' "$file" | grep -vE 'firn::inline FIRN_BUILD|whatever the build' || true)
-
-    # `omp simd` is a promise to the compiler and needs no OpenMP.
-    while IFS=: read -r line text; do
-        [[ $text =~ omp[[:space:]]+(simd|declare[[:space:]]+simd) ]] || uses "$header" "$own" openmp "$line"
-    done < <(grep -nE '^[[:space:]]*#[[:space:]]*pragma[[:space:]]+omp|_Pragma\("omp' "$file" || true)
-done < <(find "$include_dir/firn" -name '*.hpp' -print0 | sort -z)
+# `omp simd` is a promise to the compiler and needs no OpenMP.
+while IFS=: read -r header line text; do
+    layer_of "$header"
+    [[ $text =~ omp[[:space:]]+(simd|declare[[:space:]]+simd) ]] || uses "$header" "$layer" openmp "$line"
+done < <(lines_of '^[[:space:]]*#[[:space:]]*pragma[[:space:]]+omp|_Pragma\("omp')
 
 echo "$count headers, $mistakes mistakes"
 ((count > 0 && mistakes == 0))
