@@ -50,7 +50,7 @@ std::uint64_t hash_of_run(const Execution& execution, bool periodic, const Polic
     simulation.contact_impulses.emplace();
     scenes::Hash hash;
     bool touched = false;
-    for (int step = 0; step < test_support::fewer_if_quick(80, 40); ++step) {
+    for (int step = 0; step < test_support::fewer_if_quick(80, 20); ++step) {
         simulation.step();
         touched = scenes::add_impulses(hash, simulation) || touched;
     }

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Two bodies of different contact groups meet beside a mirrored wall: half of them moves as the whole.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>

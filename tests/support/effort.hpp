@@ -39,6 +39,18 @@ constexpr auto fewer_if_quick(auto all, decltype(all) few) { return quick ? few 
 #define FIRN_TEST_PRECISIONS float, double
 #endif
 
+/// The first one, two or three types of a test case in the plain test command, all with --ci:
+/// `TEMPLATE_TEST_CASE("…", "", FIRN_TEST_FIRST_1(A, B, C))`.
+#if defined(FIRN_TEST_QUICK)
+#define FIRN_TEST_FIRST_1(a, ...) a
+#define FIRN_TEST_FIRST_2(a, b, ...) a, b
+#define FIRN_TEST_FIRST_3(a, b, c, ...) a, b, c
+#else
+#define FIRN_TEST_FIRST_1(...) __VA_ARGS__
+#define FIRN_TEST_FIRST_2(...) __VA_ARGS__
+#define FIRN_TEST_FIRST_3(...) __VA_ARGS__
+#endif
+
 /// Numbers of threads to compare with one thread.
 inline const std::vector<int> other_threads = quick ? std::vector{3} : std::vector{2, 3, 4, 7};
 

@@ -1,6 +1,7 @@
 /// \file The bound of the time step by accelerations: matter without stiffness flies as a stone does, whatever
 /// accelerates it; a run that is bounded by its waves keeps its bits; and a restart goes on to the same bits.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/message.hpp"
 #include "support/scenes.hpp"
 #include <firn/io/restart.hpp>
@@ -276,7 +277,8 @@ const Attraction<float, 2> pull{.centre = {0.25F, 1.0F}, .radius = 2, .strength 
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("runs that accelerations bound have the same bits on all threads", "", Coloured, FixedPoint<>) {
+TEMPLATE_TEST_CASE("runs that accelerations bound have the same bits on all threads", "",
+                   FIRN_TEST_FIRST_1(Coloured, FixedPoint<>)) {
     const auto hash_of = [](int threads) {
         Simulation simulation(tall_box<2>(), soft, TestType{threads});
         simulation.add(block<2>(), 1000, {0.1, 0});

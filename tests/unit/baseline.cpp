@@ -1,3 +1,4 @@
+// quick: no
 // part: full
 // sanitized: no
 /// \file The straightforward code that the benchmarks compare firn with does the same physics.

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Domains far from 0: a run in map coordinates has the bits of the same run at 0, in float, too. What gets
 /// metres is refused where a float has too few digits for them.
 #include "support/catch.hpp"

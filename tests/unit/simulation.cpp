@@ -123,7 +123,8 @@ TEST_CASE("advance ends at the time that was asked for") {
 }
 
 TEST_CASE("Particles stay in the box, whatever its walls and however they are thrown") {
-    for (const Contact contact : {Contact::stick, Contact::slip, Contact::separate}) {
+    const std::vector all{Contact::separate, Contact::slip, Contact::stick};
+    for (const Contact contact : test_support::fewer_if_quick(all, {Contact::separate})) {
         Simulation<2> simulation({{-0.3, 0.1}, {0.43, 0.77}, 0.03},
                                  FixedCorotated<float>::from_young_poisson(1e4, 0.3));
         simulation.boundary = Walls<float, 2>::all({-0.3f, 0.1f}, {0.43f, 0.77f}, {contact, 0.2});

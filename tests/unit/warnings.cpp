@@ -1,5 +1,6 @@
 /// \file What a run is warned of: each once, when it happens, with what to do. And that good runs are not.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/message.hpp"
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/gap_contact.hpp>
@@ -117,7 +118,8 @@ TEMPLATE_TEST_CASE_SIG("a body whose particles lie further apart than a cell is 
     CHECK(said.size() == 1);
 }
 
-TEMPLATE_TEST_CASE_SIG("bodies that overlap are warned of, those that touch are not", "", ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("bodies that overlap are warned of, those that touch are not", "", ((int D), D),
+                       FIRN_TEST_FIRST_1(2, 3)) {
     const auto warned = [](const Samples<D>& one, const Samples<D>& other) {
         using Two = Materials<FixedCorotated<float>, NeoHookean<float>>;
         std::size_t overlapping[2];

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: no
 /// \file The gradient against runs in dual numbers.
 

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Shapes that cap their distances: who compares distances refuses them where the cap would decide.
 #include "support/catch.hpp"
 #include "support/message.hpp"

@@ -1,6 +1,7 @@
 /// \file What each part of a boundary gave to matter in a step: against the momentum of the matter, and the same bits
 /// whatever the number of threads and ranks, and the order of the blocks.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 #include "support/watched_run.hpp"
 
@@ -117,7 +118,8 @@ TEMPLATE_TEST_CASE_SIG("reactions are the sums of their definition over the node
                             sizeof(double) * std::size_t(block_nodes<D> * node_width)) == 0);
 }
 
-TEMPLATE_TEST_CASE("reactions have the same bits for any number of threads", "[boundary][reactions]", float, double) {
+TEMPLATE_TEST_CASE("reactions have the same bits for any number of threads", "[boundary][reactions]",
+                   FIRN_TEST_PRECISIONS) {
     using S = TestType;
     constexpr int D = 2;
     const auto walls = Walls<S, D>::all({S(0), S(0)}, {S(1), S(1)}, {Contact::separate, 0.2});

@@ -1,3 +1,4 @@
+// quick: no
 // Elastic materials: a restart goes on to the same bits.
 #include "restart_scene.hpp"
 

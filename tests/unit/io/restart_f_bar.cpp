@@ -1,3 +1,4 @@
+// quick: no
 /// \file Volumetric policies: a restart goes on to the same bits, and a run with another policy does not go on.
 #include "restart_scene.hpp"
 

@@ -1,3 +1,4 @@
+// quick: no
 /// \file Boundaries that act by the gap of particles: a restart goes on to the same bits, and a run whose boundary acts
 /// on nodes does not go on.
 #include "support/catch.hpp"

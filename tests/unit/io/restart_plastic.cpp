@@ -1,3 +1,4 @@
+// quick: no
 // Plastic materials and fluids: a restart goes on to the same bits.
 #include <firn/soil.hpp>
 

@@ -24,6 +24,7 @@ TEST_CASE("The invariants of a stress: triaxial compression, extension and pure 
     CHECK(stress_invariants(nothing).lode_angle == 0);
 }
 
+#ifndef FIRN_TEST_QUICK
 TEST_CASE("A state gets the invariants of its particles, of the effective stress where there is water", "[io]") {
     const auto add_to = []<int D>(const auto& material, std::integral_constant<int, D>) {
         Simulation<D, std::remove_cvref_t<decltype(material)>> simulation({{}, Vec<double, D>::filled(1), 0.1},
@@ -57,5 +58,6 @@ TEST_CASE("A state gets the invariants of its particles, of the effective stress
     auto state = state_of(plain);
     test_support::check_refused<parameter_error>([&] { add_stress_invariants(state); }, "PlaneStrain");
 }
+#endif
 
 }  // namespace stress_invariants_tests

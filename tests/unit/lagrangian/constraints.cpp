@@ -156,8 +156,8 @@ TEST_CASE("links of one colour share no point, and a hub of many links is still 
     for (std::size_t i = 1; i <= 100; ++i) CHECK(norm(system.points.position[i]) == Approx(1).epsilon(1e-12));
 }
 
-TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of correction", "[lagrangian]", float,
-                   double) {
+TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of correction", "[lagrangian]",
+                   FIRN_TEST_PRECISIONS) {
     using S = TestType;
     for (const ConstraintUpdate update : updates) {
         const auto run = [&](int threads) {

@@ -34,7 +34,7 @@ void step(const ForeignParticles<S, D>& view, std::size_t count, const Domain<D>
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", float, double) {
+TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", FIRN_TEST_PRECISIONS) {
     using S = TestType;
     const Domain<3> domain{{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 16};
     const double side = test_support::fewer_if_slow(0.3, 0.15);

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: no
 /// \file The narrowest and the widest kernel give the same bits for any number of threads. (The quadratic one:
 /// determinism/.)

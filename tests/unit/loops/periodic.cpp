@@ -76,7 +76,9 @@ void ends_are_nowhere(int cells, const Execution& execution) {
 TEST_CASE("a ball moves across the ends of a periodic domain as anywhere else: to the bit where sums are integers") {
     const FixedPoint<std::int64_t> integers{3};
     SECTION("2D") { ends_are_nowhere<2, QuadraticBSpline>(32, integers); }
+#ifndef FIRN_TEST_QUICK
     SECTION("2D, cubic") { ends_are_nowhere<2, CubicBSpline>(96, integers); }
+#endif
     SECTION("3D") { ends_are_nowhere<3, QuadraticBSpline>(32, integers); }
 }
 

@@ -2,6 +2,7 @@
 /// and the bound of its wave speed against the acoustic tensor.
 #include "support/catch.hpp"
 #include "support/csv.hpp"
+#include "support/effort.hpp"
 #include "support/not_finite.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/material/fixed_corotated.hpp>
@@ -105,7 +106,7 @@ TEMPLATE_TEST_CASE("stress of uniaxial strain in closed form, 2D (plane strain) 
 }
 
 TEMPLATE_TEST_CASE_SIG("the stress is the derivative of the energy, τ = ∂ψ/∂F Fᵀ, inverted elements included",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const FixedCorotated<double> model{3, 5};
     const auto lifted = lift<dual<double>>(model);
     Random random(20);
@@ -127,7 +128,7 @@ TEMPLATE_TEST_CASE_SIG("the stress is the derivative of the energy, τ = ∂ψ/�
 }
 
 TEMPLATE_TEST_CASE_SIG("the stress turns with the body and does not see how it was turned before", "[material]",
-                       ((int D), D), 2, 3) {
+                       ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const FixedCorotated<double> model{3, 5};
     Random random(21);
     for (int trial = 0; trial < 200; ++trial) {
@@ -176,7 +177,7 @@ TEMPLATE_TEST_CASE_SIG("the wave speed at rest is that of pressure waves, √((�
 }
 
 TEMPLATE_TEST_CASE_SIG("the wave speed bounds every plane wave in a deformed body that is not inverted",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     // Checked against the largest eigenvalue of the acoustic tensor, by dual numbers through the stress.
     Random random(24);
     double closest = 0;

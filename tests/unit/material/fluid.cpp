@@ -1,6 +1,7 @@
 /// \file The fluid against its equation of state and Newton's law of viscosity, worked out here; and the bound of the
 /// time step against shear waves that decay.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/materials.hpp"
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
@@ -120,7 +121,7 @@ TEST_CASE("the fluid's wave speed is √(dp/dρ)", "[material]") {
 }
 
 TEMPLATE_TEST_CASE_SIG("the fluid in lanes gives the bits of plain numbers; floats near doubles", "[material]",
-                       ((int D), D), 2, 3) {
+                       ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const auto state_of = [](int i) {
         Random random(std::uint64_t(300 + i));
         return FluidState<D>{random.uniform(0.3, 1.4)};

@@ -171,7 +171,7 @@ TEMPLATE_TEST_CASE_SIG("Modified Cam clay returns from everywhere, along the nor
 }
 
 TEMPLATE_TEST_CASE_SIG("Modified Cam clay: stress from energy, objectivity, isotropy, wave speed, lanes, floats, NaN",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     for (const auto& properties : {coupled(1e4, 5e4), constant(1e4, 5e4)}) {
         const auto model = ModifiedCamClay<double>::from_properties(properties);
         Random random(92);

@@ -1,5 +1,6 @@
 /// \file Non-associated Cam clay: closed forms, the ellipse of each case of the return mapping, hardening and
 /// softening, and what holds for every model.
+#include "support/effort.hpp"
 #include "support/materials.hpp"
 #include <firn/material/nacc.hpp>
 
@@ -137,7 +138,7 @@ TEST_CASE("the consolidation pressure is what was asked for, hardens with ξ and
 }
 
 TEMPLATE_TEST_CASE_SIG("Cam clay: stress from energy, objectivity, isotropy, wave speed, lanes, floats, NaN",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const auto model = Nacc<double>::from_properties({});
     Random random(82);
     double closest = 0;

@@ -4,8 +4,8 @@
 #include "support/materials.hpp"
 #include <firn/material/dissipating.hpp>
 #include <firn/material/fluid.hpp>
-#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/modified_cam_clay.hpp>
+#include <firn/material/mohr_coulomb.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
@@ -127,7 +127,7 @@ void check_everywhere(const M<S>& model, double largest_change = 0) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("what a state gathers stands at rest, after every loading", "[material]", float, double) {
+TEMPLATE_TEST_CASE("what a state gathers stands at rest, after every loading", "[material]", FIRN_TEST_PRECISIONS) {
     using S = TestType;
     check_everywhere<S>(Sand<S>::from_properties({}));
     check_everywhere<S>(Sand<S>::from_properties(

@@ -1,5 +1,6 @@
 /// \file Sand against Mohr and Coulomb, its return mapping against the cone, the volume correction over a cycle, and
 /// what holds for every model. Strains and stresses are taken from Eigen's singular values.
+#include "support/effort.hpp"
 #include "support/materials.hpp"
 #include <firn/material/sand.hpp>
 
@@ -173,7 +174,7 @@ TEST_CASE("sand hardens as in Klár et al. 2016, table 3: φ = 35° + (9° q −
 }
 
 TEMPLATE_TEST_CASE_SIG("sand: stress from energy, objectivity, isotropy and the bound of the wave speed",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     Random random(42);
     const auto sand = Sand<double>::from_properties({});
     double closest = 0;
@@ -188,7 +189,7 @@ TEMPLATE_TEST_CASE_SIG("sand: stress from energy, objectivity, isotropy and the 
 }
 
 TEMPLATE_TEST_CASE_SIG("sand in lanes gives the bits of plain numbers, and floats are as near to doubles as they can",
-                       "[material]", ((int D), D), 2, 3) {
+                       "[material]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const auto state_of = [](int i) {
         Random random(std::uint64_t(200 + i));
         SandState<D> state = strained<D>(random, i % 3 ? 0.05 : 0.005);

@@ -1,5 +1,6 @@
 /// \file Snow against closed forms worked out here, its return mapping against singular values from Eigen, and what
 /// holds for every model.
+#include "support/effort.hpp"
 #include "support/materials.hpp"
 #include <firn/material/snow.hpp>
 
@@ -52,7 +53,7 @@ TEMPLATE_TEST_CASE_SIG("snow in uniaxial strain and simple shear, hardened and n
 }
 
 TEMPLATE_TEST_CASE_SIG("snow: stress from energy, objectivity, isotropy and the bound of the wave speed",
-                       "[material][dual]", ((int D), D), 2, 3) {
+                       "[material][dual]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     Random random(31);
     double closest = 0;
     for (int trial = 0; trial < 100; ++trial) {
@@ -154,7 +155,7 @@ TEMPLATE_TEST_CASE_SIG("an inverted F, one without volume and zero leave a finit
 }
 
 TEMPLATE_TEST_CASE_SIG("snow in lanes gives the bits of plain numbers, and floats are as near to doubles as they can",
-                       "[material]", ((int D), D), 2, 3) {
+                       "[material]", ((int D), D), FIRN_TEST_FIRST_1(3, 2)) {
     const auto state_of = [](int i) {
         Random random(std::uint64_t(100 + i));
         SnowState<D> state = strained<D>(random, i % 3 ? 0.03 : 0.001);

@@ -188,6 +188,7 @@ TEST_CASE("Ground at rest, and the stress across the plane, are those of the mat
     }
 }
 
+#ifndef FIRN_TEST_QUICK
 TEST_CASE("Wrappers of a material that asks hand the surroundings on") {
     const auto told = [](const auto& model) {
         auto simulation = flying(model);
@@ -228,5 +229,6 @@ TEST_CASE("A material that updates its state may return the stress with it, and 
     CHECK(end(Dissipating<OwnSand<double>>{{sand}}) == counted);
     CHECK(std::ranges::any_of(counted, [](const auto& of) { return of[3] > 1; }));
 }
+#endif
 
 }  // namespace surroundings_tests

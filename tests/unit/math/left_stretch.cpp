@@ -116,12 +116,18 @@ void require_equal_to_svd(const Mat<T, 3>& F) {
     REQUIRE(error <= allowed);
 }
 
+/// How often a test repeats what it does: `all` times with --full, `few` with --ci, a quarter of that in the plain test
+/// command.
+constexpr int times(int all, int few) {
+    return test_support::fewer_if_quick(test_support::fewer_if_plain(all, few), few / 4);
+}
+
 }  // namespace
 
 TEMPLATE_TEST_CASE("V V = F F^T with the sign of det F, for random Gaussian F, half of them inverted", "", float,
                    double) {
     Random random;
-    const int count = test_support::fewer_if_plain(100000, 20000);
+    const int count = times(100000, 20000);
     int inverted = 0;
     for (int k = 0; k < count; ++k) {
         const EigenMat<3> a = random.gaussian<3>();
@@ -139,7 +145,7 @@ TEMPLATE_TEST_CASE("V V = F F^T with the sign of det F, for random Gaussian F, h
 TEMPLATE_TEST_CASE("V holds for singular values down to 1e-6, equal ones and large stretch, both signs", "", float,
                    double) {
     Random random;
-    for (int k = 0; k < test_support::fewer_if_plain(40000, 8000); ++k) {
+    for (int k = 0; k < times(40000, 8000); ++k) {
         const double lower = -6 * random.uniform();
         Eigen::Vector3d s(1, std::pow(10, lower), std::pow(10, lower - (6 + lower) * random.uniform()));
         if (k % 3 == 1) s(1) = s(0) * (1 - 1e-6 * random.uniform());
@@ -155,7 +161,7 @@ TEMPLATE_TEST_CASE("V changes from the closed form to Jacobi rotations without a
                    double) {
     // The denominator over λ³ crosses 0.125 in this family: σ = (1, x, ±x) and (1, ½, −y).
     Random random;
-    for (int k = 0; k < test_support::fewer_if_plain(30000, 6000); ++k) {
+    for (int k = 0; k < times(30000, 6000); ++k) {
         const double x = 0.02 + 0.3 * random.uniform();
         const double y = 0.5 * random.uniform();
         const double z = random.uniform();
@@ -184,7 +190,7 @@ TEMPLATE_TEST_CASE("V where the quartic alone fails: F = 0, opposite singular va
         require_left_stretch(Mat<T, 2>::rows(3, 4, 4, -3));
     }
     Random random;
-    for (int k = 0; k < test_support::fewer_if_plain(5000, 1000); ++k) {
+    for (int k = 0; k < times(5000, 1000); ++k) {
         const double x = random.uniform();
         require_left_stretch(rounded<T>(random.with_singular_values<3>({1, 0.5, -0.499})));
         require_left_stretch(rounded<T>(random.with_singular_values<3>({1, 1e-3, 1e-3})));
@@ -212,7 +218,7 @@ TEMPLATE_TEST_CASE("V holds for every size of F: squares that over- or underflow
         require_left_stretch(Mat<T, 2>::rows(0, size, 1 / size, 0));
     }
     const double decades = single ? 36 : 300;
-    for (int k = 0; k < test_support::fewer_if_plain(20000, 4000); ++k) {
+    for (int k = 0; k < times(20000, 4000); ++k) {
         const double size = std::pow(10, decades * (2 * random.uniform() - 1));
         require_left_stretch(rounded<T>(EigenMat<3>(random.gaussian<3>() * size)));
         require_left_stretch(rounded<T>(EigenMat<3>(random.rotation<3>() * size)));
@@ -307,7 +313,7 @@ TEST_CASE("Where V has no derivative, the derivative is finite") {
 TEMPLATE_TEST_CASE("The 2D polar rotation is proper, F = V R, and near to any F", "", float, double) {
     using T = TestType;
     Random random;
-    for (int k = 0; k < test_support::fewer_if_plain(20000, 4000); ++k) {
+    for (int k = 0; k < times(20000, 4000); ++k) {
         const Mat<T, 2> F = rounded<T>(random.gaussian<2>());
         const EigenMat<2> R = widened(firn::polar_rotation(F));
         const double epsilon = std::numeric_limits<T>::epsilon();
@@ -328,7 +334,7 @@ TEMPLATE_TEST_CASE("The 2D polar rotation is proper, F = V R, and near to any F"
 TEMPLATE_TEST_CASE("A large rotation leaves V alone: V(F Q) = V(F), V(Q F) = Q V(F) Q^T", "", float, double) {
     using T = TestType;
     Random random;
-    for (int k = 0; k < test_support::fewer_if_plain(5000, 1000); ++k) {
+    for (int k = 0; k < times(5000, 1000); ++k) {
         const EigenMat<3> F = random.rotation<3>() * Eigen::Vector3d(1.5, 1, 0.5).asDiagonal();
         const EigenMat<3> Q = random.rotation<3>();
         const auto V = [](const EigenMat<3>& a) -> EigenMat<3> { return widened(firn::left_stretch(rounded<T>(a))); };

@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: no
 /// \file Every policy, every scalar, one test body: kernel, transfers, forces, material, boundary and the stages give
 /// in float, double, SIMD lanes, dual numbers and the strict scalar what they give in plain double. No number is

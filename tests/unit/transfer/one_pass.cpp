@@ -1,3 +1,4 @@
+// quick: no
 // sanitized: no
 /// \file Further passes that share a pass over the particles give the nodes the bits of separate passes, for dense
 /// matter and for spray.

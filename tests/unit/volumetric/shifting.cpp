@@ -127,8 +127,9 @@ TEMPLATE_TEST_CASE("The room of a node is the integral of its weight", "", Quadr
 }
 
 TEMPLATE_TEST_CASE_SIG("Particles are shifted as defined, at walls and in corners, and keep all else", "",
-                       ((class Kernel, int D), Kernel, D), (QuadraticBSpline, 2), (QuadraticBSpline, 3),
-                       (CubicBSpline, 2), (CompactQuartic, 2), (Linear, 3)) {
+                       ((class Kernel, int D), Kernel, D),
+                       FIRN_TEST_FIRST_2((QuadraticBSpline, 2), (QuadraticBSpline, 3), (CubicBSpline, 2),
+                                         (CompactQuartic, 2), (Linear, 3))) {
     constexpr int n = D == 2 ? 6 : 4;
     const double h = 0.5;
     Water<D, double, Kernel> water({Vec<double, D>::filled(-1), Vec<double, D>::filled(-1 + n * h), h});
@@ -173,8 +174,8 @@ TEST_CASE("Water in a lattice that fills its room is not shifted by a bit, under
         for (int a = 0; a < 2; ++a) CHECK(x[a] == before.at(id)[a]);
 }
 
-TEMPLATE_TEST_CASE("A pile is spread out: no particle leaves the walls or enters a solid, or moves far", "", float,
-                   double) {
+TEMPLATE_TEST_CASE("A pile is spread out: no particle leaves the walls or enters a solid, or moves far", "",
+                   FIRN_TEST_PRECISIONS) {
     using S = TestType;
     const double h = 1.0 / 16;
     auto walls = Walls<S, 2>::all({S(0.125), S(0)}, {1, 1}, {Contact::separate, 0.1});  // inside of the domain, too
@@ -264,7 +265,8 @@ TEST_CASE("Matter of other sets and other contact groups fills nodes, too") {
     CHECK(in_group == Approx(in_set).epsilon(1e-9));
 }
 
-TEMPLATE_TEST_CASE("Shifting has the same bits for any number of threads", "", Coloured, FixedPoint<std::int64_t>) {
+TEMPLATE_TEST_CASE("Shifting has the same bits for any number of threads", "",
+                   FIRN_TEST_FIRST_1(Coloured, FixedPoint<std::int64_t>)) {
     const auto run = [](int threads) {
         const Domain<3> domain{{0, 0, 0}, {1, 1, 1}, 1.0 / 16};
         TestType execution{};

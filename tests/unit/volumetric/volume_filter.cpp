@@ -75,8 +75,9 @@ bool is_inner(const Vec<double, D>& x) {
 }  // namespace
 
 TEMPLATE_TEST_CASE_SIG("The filter removes a checkerboard of volumes, and keeps a linear pressure and the volume", "",
-                       ((class Material, int D), Material, D), (Fluid<double>, 2), (Fluid<float>, 3),
-                       (FixedCorotated<double>, 3), (NeoHookean<float>, 2)) {
+                       ((class Material, int D), Material, D),
+                       FIRN_TEST_FIRST_2((Fluid<double>, 2), (Fluid<float>, 3), (FixedCorotated<double>, 3),
+                                         (NeoHookean<float>, 2))) {
     using S = material_scalar_t<Material>;
     Material material;
     if constexpr (requires { material.tension; }) material.tension = S(1e4);  // so that matter with J > 1 takes part

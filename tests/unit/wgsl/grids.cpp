@@ -1,3 +1,4 @@
+// quick: no
 /// \file Programs with grids of distances: what they are told of each grid, and what is refused.
 #include "support/catch.hpp"
 #include "support/message.hpp"
