@@ -1,4 +1,3 @@
-// quick: no
 /// \file Manufactured solutions: body forces as computed elsewhere (tests/reference/mms_body_force.csv), and the error
 /// of displacements, which falls with the square of the cells.
 #include "../../benchmarks/verification/scenes/manufactured.hpp"

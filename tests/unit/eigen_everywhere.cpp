@@ -1,4 +1,3 @@
-// quick: no
 /// \file Every public place that takes a small vector takes Eigen's: a scene that is made with those moves to the bits
 /// of the same scene made with firn's.
 #include "support/catch.hpp"

@@ -1,4 +1,3 @@
-// quick: no
 /// \file Shapes that cap their distances: who compares distances refuses them where the cap would decide.
 #include "support/catch.hpp"
 #include "support/message.hpp"
@@ -89,6 +88,7 @@ TEST_CASE("the cap of a boundary is the least of its parts, counted from the lay
     CHECK(exact_up_to(GapContact{Together(walls, ball(0.2))}) == Approx(0.19));
 }
 
+#ifndef FIRN_TEST_QUICK
 TEST_CASE("what is known is enough: nodes are free or held as if nothing were capped", "[boundary][shape]") {
     // Beside another solid, contact looks at points up to two cells outside of it.
     const auto compare = [](const auto& capped, const auto& exact) {
@@ -198,5 +198,6 @@ TEST_CASE("a cap that a shape does not tell is warned of, where contact compares
     CHECK(warnings(grid(0.12, 0.12)).empty());
     CHECK_THROWS_AS(warnings(grid(0.06, 0.06)), parameter_error);
 }
+#endif
 
 }  // namespace exact_up_to_tests
