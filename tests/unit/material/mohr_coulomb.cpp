@@ -202,7 +202,8 @@ TEMPLATE_TEST_CASE_SIG("the return is the one point that flow of planes that are
                        "[material]", ((int D), D), 2, 3) {
     Random random(81);
     Counts<D> counts;
-    const int states = test_support::fewer_if_quick(2000, 40);  // of each of 52 models
+    const int states =
+        test_support::fewer_if_quick(test_support::fewer_if_slow(2000, 500), 40);  // of each of 52 models
     // Cohesion, friction angle, dilatancy angle, tension.
     const std::array<double, 4> soils[] = {
         {1e4, 30, 30, none}, {1e4, 30, 10, none}, {1e4, 30, 0, none}, {1e4, 0, 0, none}, {0, 35, 5, none},
