@@ -271,8 +271,9 @@ private:
         const auto between = [&](const S& peak, const S& residual)
                                  FIRN_LAMBDA { return peak + (residual - peak) * part; };
         Strength k;
-        k.sine = named("sine", sin(between(friction_angle, residual_friction_angle)));
-        k.flow_sine = named("flow_sine", sin(between(dilatancy_angle, residual_dilatancy_angle)));
+        k.sine = named("sine", detail::sine_up_to_quarter_turn(between(friction_angle, residual_friction_angle)));
+        k.flow_sine =
+            named("flow_sine", detail::sine_up_to_quarter_turn(between(dilatancy_angle, residual_dilatancy_angle)));
         const S cosine = sqrt((S(1) - k.sine) * (S(1) + k.sine));
         k.cohesive = named("cohesive", S(2) * between(cohesion, residual_cohesion) * cosine);
         k.tension = tension;

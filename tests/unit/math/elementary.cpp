@@ -179,6 +179,21 @@ TEMPLATE_TEST_CASE("sin and cos are within 1.1 ulp of the exact value, tan withi
     CHECK(std::isnan(firn::cos(T(not_a_number))));
 }
 
+TEMPLATE_TEST_CASE("The sine up to a quarter turn is within 3 ulp of the exact value", "", float, double) {
+    using T = TestType;
+    Random random;
+    Worst sine;
+    for (int k = 0; k < test_support::fewer_if_quick(300000, 60000); ++k) {
+        const T wide = T(random.uniform(-1, 1) * 1.57079632679489661923);
+        const T small = T(random.uniform(-1, 1) * std::exp(random.uniform(-30, 0)));
+        for (const T x : {wide, small}) sine.see(firn::detail::sine_up_to_quarter_turn(x), std::sin((long double)x), x);
+    }
+    INFO("worst at x = " << sine.x << ": " << sine.error);
+    CHECK(sine.error <= 3);
+    CHECK(firn::detail::sine_up_to_quarter_turn(T(0)) == T(0));
+    CHECK(firn::detail::sine_up_to_quarter_turn(firn::dual<T>(T(1.2), T(1))).derivative == Approx(std::cos(1.2)));
+}
+
 TEMPLATE_TEST_CASE("Lanes give what the scalar gives", "", float, double) {
     using T = TestType;
     using P = firn::native_pack<T>;
