@@ -62,6 +62,24 @@ const Water water = Water::from_properties({.bulk = young});
 const Sand sand = Sand::from_properties({.young = young, .poisson = poisson});
 const Snow snow = Snow::from_properties({.young = young, .poisson = poisson});
 
+/// So weak that nearly all of it yields.
+constexpr firn::MohrCoulombProperties weak_soil{.young = young,
+                                                .poisson = poisson,
+                                                .cohesion = 0.1,
+                                                .friction_angle = firn::degrees(30),
+                                                .dilatancy_angle = firn::degrees(5),
+                                                .tension = 0.05};
+firn::MohrCoulombProperties softening(firn::MohrCoulombProperties soil) {
+    soil.softening_strain = 1;
+    return soil;
+}
+constexpr firn::ModifiedCamClayProperties clay{
+    .compression = 0.8, .swelling = 0.1, .initial_pressure = 5, .consolidation = 20};
+firn::ModifiedCamClayProperties with_constant_modulus(firn::ModifiedCamClayProperties of) {
+    of.shear_modulus = 50;  // about as much as by the pressure in the start state
+    return of;
+}
+
 const bool added[] = {
     add_material(elastic),
     add_material(firn::NeoHookean<float>::from_young_poisson(young, poisson)),
@@ -73,14 +91,16 @@ const bool added[] = {
                                                             .friction_angle = firn::degrees(30),
                                                             .dilatancy_angle = firn::degrees(5),
                                                             .tension = 5})),
+    add_material(firn::MohrCoulomb<float>::from_properties(weak_soil), "_weak"),
+    add_material(firn::MohrCoulomb<float>::from_properties(softening(weak_soil)), "_softening"),
     add_material(water),
     add_material(sand),
     add_material(sand, "_1m", 63),
     scenes::full() && add_material(sand, "_8m", 126),
     add_material(snow),
     add_material(firn::Nacc<float>::from_properties({.young = young, .poisson = poisson, .consolidation = 20})),
-    add_material(firn::ModifiedCamClay<float>::from_properties(
-        {.compression = 0.8, .swelling = 0.1, .initial_pressure = 5, .consolidation = 20})),
+    add_material(firn::ModifiedCamClay<float>::from_properties(clay)),
+    add_material(firn::ModifiedCamClay<float>::from_properties(with_constant_modulus(clay)), "_constant_G"),
 };
 
 const bool added_four = [] {
