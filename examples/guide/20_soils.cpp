@@ -108,6 +108,13 @@ bool block_has_a_factor(const firn::MohrCoulomb<double>& clay) {
     return number > 2 && number < 6;
 }
 
+//! ## Soil that dilates, and F-bar
+//!
+//! If the dilatancy angle ψ is not zero, take `PlasticVolume<M>` with firn::FBar, in two dimensions
+//! `PlaneStrain<PlasticVolume<M>>`. FBar averages the volume changes of the particles of a cell. With PlasticVolume, it
+//! leaves each particle the part that its plastic flow asks for. FBar alone gives a footing on such soil many times
+//! its limit load.
+//!
 //! ## Pore water
 //!
 //! `Undrained<M>` adds water that cannot leave the pores: the model bears the effective stress, and the water a pressure

@@ -5,6 +5,7 @@
 
 #include <firn/material/modified_cam_clay.hpp>
 #include <firn/material/mohr_coulomb.hpp>
+#include <firn/material/plastic_volume.hpp>
 #include <firn/material/softening_band.hpp>
 #include <firn/material/undrained.hpp>
 #include <firn/simulation/at_rest.hpp>

@@ -152,6 +152,9 @@ FIRN_INLINE void store_record(const BlockedSpan<S>& to, const Slots& slots, cons
 template <class Kernel, class Transfer, class Force, class Volume, class Material, std::floating_point S, int D,
           class State>
 class G2PBack {
+    static_assert(!Volume::averages_volume || !tells_plastic_volume<State>,
+                  "firn: an Adjoint does not take PlasticVolume with FBar; give the model itself.");
+
     using P = native_pack<S>;
     using T = traced<P>;
     using View = ParticleView<S, D, BlockedSpan<S>, State>;

@@ -312,6 +312,26 @@ FieldTable field_table() {
     return table;
 }
 
+namespace detail {
+/// Returns the index of a member among the fields of a material's state.
+template <class State, class Member>
+consteval std::size_t field_of(Member State::* member) {
+    std::size_t index = 0;
+    std::apply(
+        [&](const auto&... field) {
+            std::size_t i = 0;
+            const auto look = [&](const auto& of) {
+                if constexpr (std::same_as<std::remove_cvref_t<decltype(of.member)>, Member State::*>)
+                    if (of.member == member) index = i;
+                ++i;
+            };
+            (look(field), ...);
+        },
+        State::fields());
+    return index;
+}
+}  // namespace detail
+
 /// Returns the material's state of the particles in some slots. \tparam State  the state type whose numbers are packs
 /// with one lane per slot
 template <class State, class Field, std::size_t N>

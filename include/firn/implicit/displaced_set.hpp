@@ -47,6 +47,10 @@ public:
 
     static_assert(require_material<Material, D>() && require_kernel<Kernel>() && require_force<Force>());
     static_assert(detail::require_same_precision<Material, S>());
+    static_assert(
+        !Volume::averages_volume || !tells_plastic_volume<material_state_t<Material, D>>,
+        "firn: implicit and quasi-static steps do not take PlasticVolume with FBar; give the model itself, or "
+        "take explicit steps.");
 
     /// Takes the particles as they are at the start of the step. What `set` refers to must exist as long as this
     /// object.

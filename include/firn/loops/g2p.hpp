@@ -11,6 +11,7 @@
 #include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
+#include <firn/stage/volume.hpp>
 #include <firn/transfer/concept.hpp>
 #include <firn/volumetric/own_volume.hpp>
 
@@ -147,8 +148,12 @@ private:
                             Seen& seen) const {
         const View view = view_;  // a local copy, so that the compiler computes addresses only once
         auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_), transfer_);
-        if constexpr (Volume::averages_volume)
-            taken.velocity_gradient = averaged_gradient<Volume>(taken.velocity_gradient, average, P(dt_));
+        if constexpr (Volume::averages_volume) {
+            P around = average;
+            if constexpr (tells_plastic_volume<LiftedState>)
+                around = around + load_state<LiftedState>(view.state, slots).plastic_volume_rate;
+            taken.velocity_gradient = averaged_gradient<Volume>(taken.velocity_gradient, around, P(dt_));
+        }
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
 

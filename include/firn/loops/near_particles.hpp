@@ -28,24 +28,6 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
-/// Returns the index of a member among the fields of a material's state.
-template <class State, class Member>
-consteval std::size_t field_of(Member State::* member) {
-    std::size_t index = 0;
-    std::apply(
-        [&](const auto&... field) {
-            std::size_t i = 0;
-            const auto look = [&](const auto& of) {
-                if constexpr (std::same_as<std::remove_cvref_t<decltype(of.member)>, Member State::*>)
-                    if (of.member == member) index = i;
-                ++i;
-            };
-            (look(field), ...);
-        },
-        State::fields());
-    return index;
-}
-
 /// Returns the volume ratios J of particles; 1 for a material that has neither F nor J.
 template <class View, class P>
 FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {

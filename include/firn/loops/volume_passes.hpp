@@ -59,17 +59,34 @@ auto numbers_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>{memory.data(), 1, {}};
 }
 
+/// Returns the field of rates of plastic volume change of a view, if the state of its material has one.
+/// \see tells_plastic_volume
+template <class View>
+auto plastic_volume_rates(const View& view) {
+    std::optional<std::remove_cvref_t<decltype(view.position)>> rates;
+    using State = typename View::state_type;
+    if constexpr (tells_plastic_volume<State>) rates = view.state[field_of(&State::plastic_volume_rate)];
+    return rates;
+}
+
 /// Writes the rate of volume change of every particle of a set to `rate`, as Volume averages it.
+/// \param plastic  the rates of plastic volume change [1/s], which are left out, or nothing
 template <class Kernel, class Transfer, class Force, class Volume, class View, class Field, std::floating_point S,
           int D>
-void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, double dt,
-                  const Field& rate) {
+void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, double dt, const Field& rate,
+                  const std::optional<Field>& plastic) {
     const native_pack<S> h(S(grid.domain().cell_size)), step{S(dt)};
     constexpr bool moments = g2p_needs_moment<Kernel, Transfer, Force>;
     gather_to_set<Kernel, moments, g2p_needs_gradient<Kernel, Transfer, Force>>(
         set, grid, threads, [&](const Slots& slots, const auto& sums, const auto& offset) FIRN_LAMBDA {
             const auto own = take_from_grid<Kernel, Transfer, Force>(sums, offset, h).velocity_gradient;
-            rate.store(slots, 0, rate_to_average<Volume>(own, step));
+            auto averaged = rate_to_average<Volume>(own, step);
+            if (plastic) {
+                using P = native_pack<S>;
+                const auto real = set.view.volume.template load_or_zero<P>(slots, 0) > P(0);
+                averaged = averaged - select(real, plastic->template load<P>(slots, 0), P(0));
+            }
+            rate.store(slots, 0, averaged);
         });
 }
 
@@ -179,18 +196,22 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
 /// \param k        index of the set among `sets`
 /// \param sets     all sets on the grid, in the order of p2g()
 /// \param dt       time of the step [s], for a policy that averages what a whole step changes. \see has_averaged_step
+/// \param plastic  the rates of plastic volume change of set k [1/s], which are not averaged; nothing for materials
+/// that
+///                 do not tell them. \see PlasticVolume
 /// \tparam Volume  the volumetric policy
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Execution, std::floating_point S,
           int D, class View>
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
-                    std::size_t k, ParticleSets<View> sets, double dt = 0) {
+                    std::size_t k, ParticleSets<View> sets, double dt = 0,
+                    const std::optional<std::remove_cvref_t<decltype(std::declval<View>().position)>>& plastic = {}) {
     constexpr std::size_t of_volumes = layer::of_volumes<Transfer>;
     const int threads = detail::threads_of(execution);
     memory.scales.resize(sets.size());
     parallel_region(threads, [&] {
         const auto rate = detail::numbers_like(sets[k].view, memory.rates, sets[k].partition.slots(), threads);
-        detail::gather_rates<Kernel, Transfer, Force, Volume>(sets[k], grid, threads, dt, rate);
+        detail::gather_rates<Kernel, Transfer, Force, Volume>(sets[k], grid, threads, dt, rate, plastic);
         std::vector<ParticleSet<detail::RateView<View>>> all;
         for (const ParticleSet<View>& set : sets)
             all.push_back({{set.view.position, set.view.volume, rate, all.size() != k}, set.partition});
@@ -217,7 +238,13 @@ template <class Kernel, class Transfer, class Force, class Execution, std::float
 void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
                     std::size_t k, const ParticleSet<Views>&... sets) {
     detail::with_sets(
-        [&](auto all) { average_volume<Kernel, Transfer, Force>(execution, grid, memory, mirrors, k, all); }, sets...);
+        [&](auto all) {
+            decltype(detail::plastic_volume_rates(all[0].view)) plastic;
+            std::size_t i = 0;
+            ((plastic = i++ == k ? detail::plastic_volume_rates(sets.view) : plastic), ...);
+            average_volume<Kernel, Transfer, Force>(execution, grid, memory, mirrors, k, all, 0, plastic);
+        },
+        sets...);
 }
 
 /// Puts the masses back into the nodes, after average_volume() and G2P.

@@ -58,6 +58,8 @@ struct MohrCoulombProperties {
 /// matter is compressed, even if the gap is still open. For undrained clay, VonMises costs less; for matter that
 /// hardens under pressure, use Nacc.
 ///
+/// With FBar, soil whose dilatancy angle is not zero locks: give PlasticVolume<MohrCoulomb<S>>.
+///
 /// The return is exact for perfect plasticity: Clausen, Damkilde and Andersen 2006, "Efficient return algorithms for
 /// associated plasticity with multiple yield planes", and 2007, "An efficient return algorithm for non-associated
 /// plasticity with linear yield criteria in principal stress space"; de Souza Neto, Perić and Owen 2008,
@@ -157,6 +159,12 @@ struct MohrCoulomb {
         reduce(residual_cohesion, residual_friction_angle, residual_dilatancy_angle);
     }
 
+    /// Whether plastic flow changes the volume: ψ > 0. \see PlasticVolume
+    bool dilates() const
+        requires std::floating_point<S>
+    {
+        return dilatancy_angle > S(0);
+    }
     /// The elastic solid with the moduli of this soil.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
 

@@ -7,6 +7,12 @@
 
 namespace firn::inline FIRN_BUILD {
 
+/// Whether a material's state tells at which rate plastic flow changed the volume in the last step, in a member
+/// `plastic_volume_rate` [1/s]. A policy that averages rates of volume change then averages the elastic rest only.
+/// \see PlasticVolume
+template <class State>
+inline constexpr bool tells_plastic_volume = requires(State state) { state.plastic_volume_rate; };
+
 /// Returns what a particle adds to nodes for the average of the rates of volume change. A node with weight N receives
 /// N V0 θ as component 0 of its momentum, and N V0 as its mass.
 /// \param rate    the particle's rate of volume change θ = tr ∇v [1/s]

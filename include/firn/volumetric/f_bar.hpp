@@ -27,6 +27,10 @@ namespace firn::inline FIRN_BUILD {
 /// resistance; in solids the shear stiffness resists. det F is then not the volume change of a single particle, but of
 /// the matter around it.
 ///
+/// In plastic flow that changes the volume, such as soil's that dilates, particles of one cell that shear at different
+/// rates ask for different volume changes, and FBar does not give them: their pressures drift apart, and matter locks
+/// far worse than without FBar. Wrap such a model in PlasticVolume: FBar then averages the elastic part only.
+///
 /// A step costs one further gather and one further scatter, about 1.6 times as much as without FBar.
 ///
 /// Zhao, Jiang and Choo 2023, "Circumventing volumetric locking in explicit material point methods: A simple,

@@ -101,6 +101,8 @@ consteval bool require_program() {
                   "firn: this volumetric policy is not yet in WGSL; there are OwnVolume, FBar and VolumeFilter.");
     static_assert(!(Volume::averages_volume && filters_volume<Volume>),
                   "firn: a volumetric policy that averages and filters is not yet in WGSL.");
+    static_assert(!Volume::averages_volume || !tells_plastic_volume<material_state_t<Material, D>>,
+                  "firn: FBar with PlasticVolume is not yet in WGSL; run it on the CPU.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
     return true;
