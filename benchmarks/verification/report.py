@@ -15,10 +15,10 @@ import matplotlib.pyplot as plt
 here = Path(__file__).resolve().parent
 # The order of the report: from what is exact to what is only scaled.
 order = ["uniaxial", "rotation", "bar", "disks", "manufactured", "walls", "symmetry", "wall_contact", "cantilever",
-         "cook", "cylinder", "footing", "column", "hydrostatic", "sloshing", "splash", "incline", "bounce",
-         "contact_bars", "contact_gap", "contact_stack", "deformable_incline", "ring", "contact_hertz", "dam_break",
-         "sand_column", "snowball", "mohr_coulomb", "cam_clay", "plane_strain", "level_ground", "vertical_cut",
-         "soil_slope", "gradients", "wgsl"]
+         "cook", "cylinder", "footing", "footing_friction", "column", "hydrostatic", "sloshing", "splash", "incline",
+         "bounce", "contact_bars", "contact_gap", "contact_stack", "deformable_incline", "ring", "contact_hertz",
+         "dam_break", "sand_column", "snowball", "mohr_coulomb", "cam_clay", "plane_strain", "level_ground",
+         "vertical_cut", "soil_slope", "gradients", "wgsl"]
 colours = ["#1f5a93", "#d1603d", "#3f8f5b", "#8c6bb1", "#c9a227", "#3aa6a6", "#a3475d", "#777777"]
 plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.grid": True, "grid.alpha": 0.25, "axes.axisbelow": True,
                      "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})

@@ -13,7 +13,7 @@ struct Sunk {
     Curve curve{};
     Effort effort{};
 
-    Comparison::Rest rest() const { return {load / Footing<>::limit - 1, effort}; }
+    Comparison::Rest rest() const { return {load / undrained_clay().bearing - 1, effort}; }
 };
 
 /// \param duration    of explicit steps, in units of the footing;  \param load_steps  in place of them, with
@@ -21,8 +21,8 @@ struct Sunk {
 template <class... Policies>
 Sunk push(const std::string& label, int cells, NodesBehind behind = NodesBehind::mirrored, double duration = 30,
           int load_steps = 10) {
-    using Pushed = Footing<Policies...>;
-    Pushed footing(cells, behind);
+    using Pushed = Footing<VonMises<double>, Policies...>;
+    Pushed footing(undrained_clay(), cells, behind);
     const Effort effort = measured(footing.simulation, [&] {
         if constexpr (takes_load_steps<typename Pushed::Simulation>)
             footing.push_by_load_steps(load_steps);
@@ -32,7 +32,7 @@ Sunk push(const std::string& label, int cells, NodesBehind behind = NodesBehind:
     Sunk out{footing.last_load(), {sentence(label, ", h = B/", cells)}, effort};
     for (std::size_t i = 0; i < footing.sunk.size(); ++i) out.curve.add(footing.sunk[i], footing.load[i]);
     std::printf("%s: %.4f c_u, %.4f of the exact; %d steps, %.1f s, %lld Newton steps, %lld products\n",
-                out.curve.label.c_str(), out.load, out.load / footing.limit, int(footing.simulation.steps()),
+                out.curve.label.c_str(), out.load, out.load / footing.soil.bearing, int(footing.simulation.steps()),
                 effort.seconds, effort.newton_steps, effort.products);
     std::fflush(stdout);
     return out;
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
                 "bear (Reactions). The walls are mirrored. Exact: (2 + π) c_u (Prandtl "
                 "1920).");
     const bool quick = report.quick();
-    const double limit = Footing<>::limit;
+    const double limit = undrained_clay().bearing;
     using W = WeightGradientForce;
     const std::string mls = "MLS", gradients = "weight gradients", with = ", F-bar", held = ", nodes behind walls held";
     Plot& sink = report.plot({"load", "Load over settlement", "s [m]", "load / (B c_u)"});
