@@ -79,7 +79,12 @@ template <class Simulation, std::size_t I, class T>
         {set.material(), simulation.domain()}, simulation.boundary, simulation.transfer, simulation.volume, {}};
     if (takes_material) {
         restore_parameters(made.stored.material, state, "material");
-        check_material<Simulation::dimension>(made.stored.material);
+        try {
+            check_material<Simulation::dimension>(made.stored.material);
+        } catch (const parameter_error& wrong) {
+            throw io_error(sentence("The state's material, which the run had edited, is damaged: ", wrong.what(),
+                                    " Go on from another state."));
+        }
         made.stored.material_edited = true;
     }
     const int threads = thread_count(requested_threads(simulation.execution));

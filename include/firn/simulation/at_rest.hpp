@@ -72,7 +72,8 @@ void check_ground(const GroundAtRest<D>& ground) {
 /// Below the water table the material must have a pore pressure. \see Undrained, elastic_state
 /// \throws parameter_error  if a number of `ground` is out of range, if a material cannot bear the stress without
 ///                          yielding, if it has no pore pressure and lies below the water table, or if `body` is not
-///                          one of the bodies of this particle set; nothing is changed in these cases
+///                          one of the bodies of this particle set; nothing is changed in these cases.
+///                          On several ranks all throw, if one of them finds such a particle
 template <class Simulation, std::size_t I>
 void set_at_rest(SetHandle<Simulation, I> set, const Body& body, const GroundAtRest<Simulation::dimension>& ground) {
     constexpr int D = Simulation::dimension;
@@ -90,34 +91,44 @@ void set_at_rest(SetHandle<Simulation, I> set, const Body& body, const GroundAtR
     };
     std::vector<Found> all;
     const auto& particles = set.particles();
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-        if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
-        const Vec<double, D> x = particles.exact_position(slot);
-        const double volume = double(particles.volume(slot)), density = double(particles.mass(slot)) / volume;
-        const double below = ground.surface(x) - x[1];
-        double vertical = ground.surcharge + density * ground.gravity * (below < 0 ? 0 : below);
-        if (ground.vertical_stress) vertical = ground.vertical_stress(x);
-        const double water = std::max(0.0, (ground.water_table - x[1]) * ground.water_density * ground.gravity);
-        if (!std::isfinite(vertical) || !std::isfinite(water))
-            throw parameter_error(sentence("At ", detail::point_text(x.v, D),
-                                           " m the vertical stress of ground at rest is ", vertical,
-                                           " Pa and its pore pressure ", water, " Pa; give finite ones."));
-        const double effective = vertical - water, across = ground.earth_pressure * effective;
-        auto start = detail::converted_state<OfDoubles>(particles.state(slot));
-        constexpr bool has_water = requires { start.pore_pressure; };
-        if constexpr (has_water) start.pore_pressure = 0;
-        if (!has_water && water > 0)
-            throw parameter_error(sentence("At ", detail::point_text(x.v, D),
-                                           " m the ground lies below the water table, but the material ",
-                                           name_of<std::remove_cvref_t<decltype(material)>>(),
-                                           " has no pore pressure: use Undrained<…>, or leave the water table out and "
-                                           "give the density under buoyancy."));
-        const auto here = [&] { return detail::surroundings_of_particle<double>(particles, slot, time); };
-        auto found = elastic_state<D>(placed<D>(material, here), {-across, -effective, -across}, start);
-        const double J = 1 + volume_change(found);
-        if constexpr (has_water) found.pore_pressure = water * J;
-        all.push_back({slot, detail::converted_state<State>(found), S(volume / J)});
+    const auto find = [&] {
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
+            const Vec<double, D> x = particles.exact_position(slot);
+            const double volume = double(particles.volume(slot)), density = double(particles.mass(slot)) / volume;
+            const double below = ground.surface(x) - x[1];
+            double vertical = ground.surcharge + density * ground.gravity * (below < 0 ? 0 : below);
+            if (ground.vertical_stress) vertical = ground.vertical_stress(x);
+            const double water = std::max(0.0, (ground.water_table - x[1]) * ground.water_density * ground.gravity);
+            if (!std::isfinite(vertical) || !std::isfinite(water))
+                throw parameter_error(sentence("At ", detail::point_text(x.v, D),
+                                               " m the vertical stress of ground at rest is ", vertical,
+                                               " Pa and its pore pressure ", water, " Pa; give finite ones."));
+            const double effective = vertical - water, across = ground.earth_pressure * effective;
+            auto start = detail::converted_state<OfDoubles>(particles.state(slot));
+            constexpr bool has_water = requires { start.pore_pressure; };
+            if constexpr (has_water) start.pore_pressure = 0;
+            if (!has_water && water > 0)
+                throw parameter_error(sentence(
+                    "At ", detail::point_text(x.v, D), " m the ground lies below the water table, but the material ",
+                    name_of<std::remove_cvref_t<decltype(material)>>(),
+                    " has no pore pressure: use Undrained<…>, or leave the water table out and "
+                    "give the density under buoyancy."));
+            const auto here = [&] { return detail::surroundings_of_particle<double>(particles, slot, time); };
+            auto found = elastic_state<D>(placed<D>(material, here), {-across, -effective, -across}, start);
+            const double J = 1 + volume_change(found);
+            if constexpr (has_water) found.pore_pressure = water * J;
+            all.push_back({slot, detail::converted_state<State>(found), S(volume / J)});
+        }
+    };
+    std::string refused;
+    try {
+        find();
+    } catch (const parameter_error& wrong) {
+        refused = wrong.what();
     }
+    refused = detail::all_ranks<S, D>(set.simulation().execution).text_of_first(refused);
+    if (!refused.empty()) throw parameter_error(refused);
     auto& changed = set.edit_particles();
     for (const Found& one : all) {
         changed.set_state(one.slot, one.state);

@@ -74,6 +74,18 @@ TEST_CASE("A run with an edited material goes on from its state to the same bits
     CHECK(converted.material().yield_stress == 1e4);
 }
 
+TEST_CASE("An edited material whose parameters are damaged is refused at a restart", "[io][restart]") {
+    Run run = fallen(1);
+    run.edit_material([](Clay& clay) { clay.yield_stress = 200; });
+    steps(run, 3);
+    auto state = state_of(run);
+    for (auto& parameter : state.parameters)
+        if (parameter.group == "material" && parameter.name == "yield_stress") parameter.values = {-200};
+    Run other = fallen(1);
+    test_support::check_refused<io_error>([&] { restore(other, state); }, "is damaged");
+    CHECK(other.material().yield_stress == 1e4);
+}
+
 TEST_CASE("Another material than that of an unedited run is still refused at a restart", "[io][restart]") {
     Run run = fallen(1);
     steps(run, 3);
