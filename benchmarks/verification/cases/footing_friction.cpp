@@ -19,7 +19,7 @@ struct Push {
 double pushed(const Push& push, int cells, double duration, Plot& plot) {
     Footing<FlowingSoil, FBar> footing(associated_soil(degrees(push.friction), push.settlement), cells);
     footing.push(duration, 0.5);
-    Curve curve{sentence("φ = ", push.friction, "°, h = B/", cells)};
+    Curve curve{sentence("φ = ", push.friction, "°, h = B/", cells, duration > push.duration ? ", slowly" : "")};
     for (std::size_t i = 0; i < footing.sunk.size(); ++i)
         curve.add(footing.sunk[i] / push.settlement, footing.load[i] / footing.soil.bearing);
     plot.curves.push_back(curve);

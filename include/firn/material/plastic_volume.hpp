@@ -101,28 +101,6 @@ struct PlasticVolume : Model {
         const auto after = model().template returned_with_stress<D>(base(trial));
         return {{after.state, trial.plastic_volume_rate}, after.stress};
     }
-    /// Kirchhoff stress τ [Pa].
-    template <int D>
-    FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle) const {
-        return firn::kirchhoff_stress(model(), base(particle));
-    }
-    /// Kirchhoff stress τ [Pa] in the given state, at the velocity gradient ∇v [1/s].
-    template <int D>
-        requires has_rate_dependent_stress<Model, D>
-    FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle, const Mat<S, D>& velocity_gradient) const {
-        return firn::stress_of(model(), base(particle), velocity_gradient);
-    }
-    /// Elastic energy ψ [J/m³ of undeformed volume].
-    template <int D>
-        requires has_energy_density<Model, D>
-    FIRN_INLINE S energy_density(const state<D>& particle) const {
-        return firn::energy_density(model(), base(particle));
-    }
-    /// Upper bound of the wave speed [m/s]; `density` is the density of the undeformed material [kg/m³].
-    template <int D>
-    FIRN_INLINE S wave_speed(const S& density, const state<D>& particle) const {
-        return firn::wave_speed(model(), density, base(particle));
-    }
 
 private:
     template <int D>
