@@ -364,6 +364,10 @@ private:
         if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
         if (now_.steps == 0) warnings_.of_start(sets_, this->domain(), boundary, has_contact_groups, warn, ranks());
         warnings_.of_gravity(acceleration, gravity, warn, this->speaks_);
+        if constexpr (Volume::averages_volume)
+            for_materials([&](const auto& set, std::size_t) {
+                warnings_.template of_locking<D>(set.material, warn, this->speaks_);
+            });
         bool leaves_regions = false;
         for (const SetOf<S, D>& set : sets_)
             leaves_regions = leaves_regions || (set.forces && set.forces->may_open_regions());

@@ -196,9 +196,8 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
 /// \param k        index of the set among `sets`
 /// \param sets     all sets on the grid, in the order of p2g()
 /// \param dt       time of the step [s], for a policy that averages what a whole step changes. \see has_averaged_step
-/// \param plastic  the rates of plastic volume change of set k [1/s], which are not averaged; nothing for materials
-/// that
-///                 do not tell them. \see PlasticVolume
+/// \param plastic  the rates of plastic volume change of set k [1/s], which are not averaged; nothing if its material
+///                 does not tell them. \see PlasticVolume
 /// \tparam Volume  the volumetric policy
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Execution, std::floating_point S,

@@ -172,13 +172,7 @@ protected:
     static void average_volumes(Simulation& of, Now& now) {
         std::optional<BlockedSpan<S>> plastic;
         of.for_materials([&](auto& set, std::size_t k) {
-            if (k != now.set) return;
-            plastic = plastic_volume_rates(set.particles.view());
-            if constexpr (requires { set.material.dilates(); })
-                if (!plastic && of.steps() == 0 && of.speaks_ && of.warn && set.material.dilates())
-                    of.warn(
-                        "This material gains volume as it flows, and FBar gives the particles of a cell one volume "
-                        "change: it locks, and bears many times its load. Give firn::PlasticVolume<…> of it.");
+            if (k == now.set) plastic = plastic_volume_rates(set.particles.view());
         });
         with_sets(of, [&](Sets sets) {
             average_volume<Kernel, Moves, Force, Averaged>(of.execution, of.grid_, of.volume_memory_, now.mirrors,

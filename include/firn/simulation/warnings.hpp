@@ -15,6 +15,7 @@
 #include <firn/simulation/slow_strain.hpp>
 #include <firn/simulation/solid_warnings.hpp>
 #include <firn/simulation/walls_between_nodes.hpp>
+#include <firn/stage/volume.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -200,6 +201,21 @@ public:
         gravity_said_ = !text.empty();
         if (!text.empty() && speaks) warn(text);
     }
+    /// Gives a warning, for a policy that averages volume changes, if the plastic flow of a material changes the volume
+    /// and its state does not tell by how much.
+    /// \param speaks  whether this process gives warnings
+    template <int D, class Material>
+    void of_locking(const Material& material, const Warn& warn, bool speaks) {
+        if constexpr (requires { material.dilates(); } && !tells_plastic_volume<material_state_t<Material, D>>) {
+            if (!warn || locking_said_ || !material.dilates()) return;
+            locking_said_ = true;
+            if (speaks)
+                warn(
+                    "This material gains volume as it flows, and FBar gives the particles of a cell one volume change: "
+                    "it locks, and bears many times its load. In explicit steps give firn::PlasticVolume<…> of it; "
+                    "else leave out FBar.");
+        }
+    }
     /// Gives warnings before the first step: if positions have too few digits, if walls do not coincide with the faces
     /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, if bodies
     /// overlap, or if solids are thin or cap their distances.
@@ -216,7 +232,7 @@ private:
     double largest_ = 0, said_ratio_ = 1 / 1.2;
     SlowStrain slow_strain_;
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
-         stretch_said_ = false, gravity_said_ = false;
+         stretch_said_ = false, gravity_said_ = false, locking_said_ = false;
 };
 
 template <std::floating_point S, int D, class Boundary>
