@@ -353,6 +353,17 @@ FIRN_INLINE auto differ(const State& a, const State& b) {
     return std::apply([&](const auto&... f) FIRN_LAMBDA { return (differ(f.of(a), f.of(b)) | ...); }, fields);
 }
 /// @}
+/// Returns a trial state with what a return mapping gave. The mapping of a wrapper's model gives the model's part of
+/// the state only; the rest stays. \see Undrained, PlasticVolume
+template <class State, class Returned>
+FIRN_INLINE State with_returned(State trial, const Returned& returned) {
+    if constexpr (std::derived_from<State, Returned>) {
+        static_cast<Returned&>(trial) = returned;
+        return trial;
+    } else {
+        return returned;
+    }
+}
 }  // namespace detail
 
 /// Returns the state after the model's return mapping: model.returned(trial), or the trial state itself if the model
@@ -360,7 +371,7 @@ FIRN_INLINE auto differ(const State& a, const State& b) {
 template <class M, class State>
 FIRN_INLINE State returned_by(const M& model, const State& trial) {
     if constexpr (requires { model.returned(trial); })
-        return model.returned(trial);
+        return detail::with_returned(trial, model.returned(trial));
     else
         return trial;
 }

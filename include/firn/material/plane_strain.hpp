@@ -88,7 +88,7 @@ struct PlaneStrain : Model {
     FIRN_INLINE State returned(const State& trial) const
         requires has_returned<Model, 3>
     {
-        return model().returned(trial);
+        return returned_by(model(), trial);
     }
     /// The state after the model's return mapping, and the Kirchhoff stress [Pa] in this state.
     template <int D>

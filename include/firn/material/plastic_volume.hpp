@@ -88,19 +88,6 @@ struct PlasticVolume : Model {
         const auto after = firn::updated_with_stress(model(), base(before), velocity_gradient, dt);
         return {{after.state, plastic_rate(base(before), after.state, velocity_gradient, dt)}, after.stress};
     }
-    /// The state after the model's return mapping. What it changes by, without a step, is no rate.
-    template <int D>
-        requires has_returned<Model, D>
-    FIRN_INLINE state<D> returned(const state<D>& trial) const {
-        return {model().returned(base(trial)), trial.plastic_volume_rate};
-    }
-    /// The state after the model's return mapping, and the Kirchhoff stress τ [Pa] in it.
-    template <int D>
-        requires has_returned_with_stress<Model, D>
-    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
-        const auto after = model().template returned_with_stress<D>(base(trial));
-        return {{after.state, trial.plastic_volume_rate}, after.stress};
-    }
 
 private:
     template <int D>

@@ -65,7 +65,7 @@ FIRN_INLINE State with_volume_change(const Material& material, State state, cons
             state.F = increased(state.F, detail::in_space(Mat<S, D>::diagonal(ratio * S(1.0 / D))) * F);
         }
         if constexpr (requires { material.returned_with_stress(state); })
-            return material.returned_with_stress(state).state;
+            return detail::with_returned(state, material.returned_with_stress(state).state);
         else
             return returned_by(material, state);
     }

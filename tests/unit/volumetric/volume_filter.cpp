@@ -4,6 +4,7 @@
 #include "support/effort.hpp"
 #include "support/scenes.hpp"
 #include <firn/firn.hpp>
+#include <firn/soil.hpp>
 
 #include <bit>
 #include <cmath>
@@ -179,6 +180,28 @@ TEST_CASE("The filter has the same bits for any number of threads, and changes a
     const auto integers = run(FixedPoint<std::int32_t>{1});
     CHECK(run(FixedPoint<std::int32_t>{3}) == integers);
     CHECK(run(ColouredFixedPoint<std::int32_t>{2}) == integers);
+}
+
+TEST_CASE("The filter returns the model of Undrained and PlasticVolume to its yield surface, and keeps what they add") {
+    const auto soil = MohrCoulomb<double>::from_properties({.young = 1e6, .cohesion = 1e3});
+    const Undrained<MohrCoulomb<double>> wet{soil, 1e7};
+    const PlasticVolume<MohrCoulomb<double>> dilating{soil};
+    auto state = initial_state<3>(soil);
+    state.F = Mat<double, 3>::rows(0.99, 0.02, 0, 0, 1.01, 0, 0, 0, 1);
+    const double change = 0.01;
+    const auto expected = with_volume_change<3>(soil, state, change);
+    CHECK(expected.plastic_strain > 0);  // it yields
+    const auto check = [&](const auto& material, const auto& with_more) {
+        const auto after = with_volume_change<3>(material, with_more, change);
+        CHECK(after.plastic_strain == expected.plastic_strain);
+        for (int i = 0; i < 9; ++i)
+            CHECK(Mat<double, 3>(after.F)(i / 3, i % 3) == Mat<double, 3>(expected.F)(i / 3, i % 3));
+        return after;
+    };
+    const Undrained<MohrCoulomb<double>>::state<3> under_pressure{state, 5e3};
+    CHECK(check(wet, under_pressure).pore_pressure == 5e3);
+    CHECK(PlaneStrain<Undrained<MohrCoulomb<double>>>{wet}.returned(under_pressure).pore_pressure == 5e3);
+    CHECK(check(dilating, PlasticVolume<MohrCoulomb<double>>::state<3>{state, 7}).plastic_volume_rate == 7);
 }
 
 TEST_CASE("VolumeFilter refuses an interval below 1 and a rate that is no rate") {
