@@ -7,6 +7,7 @@
 #include <firn/math/trigonometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -190,11 +191,11 @@ struct MohrCoulomb {
     /// non-negative flow reaches: on a face, an edge or a corner of the surfaces, or at the apex. A state that does not
     /// yield beyond rounding is kept bit for bit.
     ///
-    /// With softening, the strength is that of γ after the step, which is found by false position in a fixed number of
-    /// passes. Where γ reaches the softening strain within the step, it is exact. Else, where the softening strain is
-    /// at least ten times the elastic strain at yield, the error of γ is at most 1e-9 of what a step adds to it, in
-    /// float 1e-3 (measured over steps of 4 %: 6e-14 and 1.2e-4). Where it is no larger than twice that strain, one
-    /// such step in a hundred has an error above 1e-3.
+    /// With softening, the strength is that of γ after the step, which the secant method or false position finds, in as
+    /// many passes as each particle needs, up to a limit. Where γ reaches the softening strain within the step, it is
+    /// exact. Else, where the softening strain is at least ten times the elastic strain at yield, the error of γ is at
+    /// most 1e-9 of what a step adds to it, in float 1e-3 (measured over steps of 4 %: 4e-10 and 3e-4). Where it is no
+    /// larger than twice that strain, one such step in a hundred has an error above 1e-3.
     ///
     /// An inverted F (det F < 0) has the strain that logarithmic_strain() gives it, and becomes upright where it
     /// yields.
@@ -220,7 +221,7 @@ struct MohrCoulomb {
             const auto yields = near & (sheared | torn);
             const auto softens = yields & (S(0) < softening_strain);
             Strength last = first;
-            if (any(softens)) last = strength(select(softens, softened(e, trial.plastic_strain, first), S(0)));
+            if (any(softens)) last = strength(select(softens, softened(e, trial.plastic_strain, first, softens), S(0)));
             const OnSurface<D> on = to_surface(e, last);
             Vec<S, D> flow;
             unroll<D>([&](auto i) FIRN_LAMBDA { flow.v[i] = select(yields, on.strain.v[i] - e.v[i], S(0)); });
@@ -312,38 +313,60 @@ private:
         return sheared | torn;
     }
 
-    /// Returns the part of the softening after a step, for strains that yield with the strength `first`, which γ =
-    /// `before` leaves.
+    /// Returns the part of the softening after a step, in lanes that soften. Their strains yield with the strength
+    /// `first`, which γ = `before` leaves.
     ///
-    /// The step adds Δ(γ) with the strength of γ. If before + Δ with the residual strength is at least the softening
-    /// strain, that is γ. Else γ is the root of before + Δ(γ) − γ, which is positive at γ = before and negative at the
-    /// softening strain, by false position (Anderson and Björck 1973, "A new high order method of the regula falsi
-    /// type"). This is exact at once where Δ is linear.
+    /// The step adds Δ(γ) with the strength of γ, so γ is the root of before + Δ(γ) − γ, which is positive at γ =
+    /// `before`. But Δ is at most the largest minus the smallest strain. Where even that leaves γ below the softening
+    /// strain, the slope of Δ is below 1, and the secant method finds the root from `before` and before + Δ(before).
+    /// Elsewhere the second point is the softening strain. If the function is not negative there, γ lies beyond, and
+    /// the strength is the residual one, else false position finds the root between the two (Anderson and Björck 1973,
+    /// "A new high order method of the regula falsi type"). Both are exact at once where Δ is linear.
     template <int D>
-    FIRN_INLINE S softened(const Vec<S, D>& e, const S& before, const Strength& first) const {
-        constexpr int passes = sizeof(value_type_t<S>) == 4 ? 2 : 6;
+    FIRN_INLINE S softened(const Vec<S, D>& e, const S& before, const Strength& first, const mask_t<S>& softens) const {
+        constexpr bool is_float = sizeof(value_type_t<S>) == 4;
         const auto added_with = [&](const Strength& k) FIRN_LAMBDA {
             const OnSurface<D> on = to_surface(e, k);
             return (e.v[0] - on.strain.v[0]) - (e.v[D - 1] - on.strain.v[D - 1]);
         };
-        const S most = added_with(strength(S(1))), room = softening_strain - before;
-        const auto root = [](const Vec<S, 4>& b) FIRN_LAMBDA {
-            const S span = b.v[2] - b.v[3];
-            return b.v[0] + (b.v[1] - b.v[0]) * (b.v[2] / select(S(0) < span, span, S(1)));
+        const auto function = [&](const S& x)
+                                  FIRN_LAMBDA { return added_with(strength(softened_part(before + x))) - x; };
+        // Points that agree to half of their digits have no slope beyond rounding; x + y is nearer the root than x.
+        constexpr double close = is_float ? 3e-4 : 1e-8;
+        using Points = std::array<Vec<S, 3>, 2>;  // γ − before, the function there, and in the first: what is missing
+        const auto root = [](const Points& b) FIRN_LAMBDA {
+            const S step = b[1].v[0] - b[0].v[0], span = b[0].v[1] - b[1].v[1];
+            const auto apart = (S(close) * abs(b[0].v[0]) < abs(step)) & !(span == S(0));
+            return select(apart, b[0].v[0] + step * (b[0].v[1] / select(apart, span, S(1))), b[1].v[0] + b[1].v[1]);
         };
-        // The two ends, γ − before, and the function there: not negative and not positive.
-        const Vec<S, 4> bracket =
-            repeat<passes>(Vec<S, 4>{S(0), room, added_with(first), most - room}, [&](const Vec<S, 4>& b) FIRN_LAMBDA {
-                const S x = root(b);
-                const S y = added_with(strength(softened_part(before + x))) - x;
-                const auto below = S(0) < y;  // x is below the root and replaces the lower end
-                const S replaced = select(below, b.v[2], b.v[3]);
+        // The next root is nearer than the size of the function at the last one by the loss of strength over the step.
+        constexpr double enough = is_float ? 3e-3 : 1e-9;
+        const auto too_large = [](const S& y, const S& x) FIRN_LAMBDA { return abs(y) - S(enough) * x; };
+
+        const S room = softening_strain - before, least = added_with(first);
+        const auto stays_below = e.v[0] - e.v[D - 1] < room;
+        const S x1 = select(stays_below, least, room), y1 = function(x1);
+        const auto beyond = !stays_below & (S(0) <= y1);
+        const S missing = select(softens & !beyond, too_large(y1, x1), S(-1));
+        Points points{Vec<S, 3>{S(0), least, missing}, Vec<S, 3>{x1, y1, S(0)}};
+        if (any(S(0) < missing))
+            points = repeat_while<is_float ? 4 : 8>(points, [&](Points& b) FIRN_LAMBDA {
+                const auto active = S(0) < b[0].v[2];
+                const S x = root(b), y = function(x);
+                const auto below = S(0) < y;
+                // The end that false position keeps counts less.
+                const S replaced = select(below, b[0].v[1], b[1].v[1]);
                 const S left = S(1) - y / select(replaced == S(0), S(1), replaced);
-                const S weight = select(S(0) < left, left, S(0.5));
-                return Vec<S, 4>{select(below, x, b.v[0]), select(below, b.v[1], x), select(below, y, b.v[2] * weight),
-                                 select(below, b.v[3] * weight, y)};
+                const auto secant = active & stays_below, false_position = active & !stays_below;
+                const S weight = select(false_position, select(S(0) < left, left, S(0.5)), S(1));
+                const auto lower = false_position & below, upper = active & !lower;
+                const S more = select(active, too_large(y, x), b[0].v[2]);
+                b[0] = {select(secant, b[1].v[0], select(lower, x, b[0].v[0])),
+                        select(secant, b[1].v[1], select(lower, y, b[0].v[1] * weight)), more};
+                b[1] = {select(upper, x, b[1].v[0]), select(upper, y, b[1].v[1] * weight), S(0)};
+                return S(0) < more;
             });
-        return select(room <= most, S(1), softened_part(before + root(bracket)));
+        return select(beyond, S(1), softened_part(before + root(points)));
     }
 
     /// Returns the point on the yield surfaces that strains beyond them go to. Strains inside stay, up to rounding.
