@@ -131,7 +131,7 @@ def executions():
     if one and apart:
         rows.append(["two scenes at once, one a thread", "", number(results.rate(apart)),
                      f"{results.rate(apart) / results.rate(one):.2f}"])
-    return numbers and table(["two cubes", "1 thread", "2 threads", "2 / 1"], rows)
+    return rows and table(["two cubes", "1 thread", "2 threads", "2 / 1"], rows)
 
 
 def corner():

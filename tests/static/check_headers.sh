@@ -26,6 +26,8 @@ implicit soil :
 adjoint    :
 firn       :
 io         : hdf5 posix
+any        :
+any_simulation :
 webgpu     : webgpu
 mpi        : mpi posix
 '

@@ -148,6 +148,11 @@ public:
     void expect(char c) {
         if (!take(c)) fail(sentence("'", c, "'"));
     }
+    /// Skips white space and returns the position of the next character [bytes].
+    std::size_t position() {
+        skip_space();
+        return at_;
+    }
     /// Whether only white space is left.
     bool at_end() {
         skip_space();
