@@ -118,6 +118,8 @@ public:
         throw parameter_error(
             sentence("No set has the material '", material, "'; there are: ", detail::listed_names(names), "."));
     }
+    /// Returns the name of the material of set k.
+    const std::string& material_name(std::size_t k) const { return choice_.materials[checked(k)].name; }
     /// Returns the number of particles of set k.
     std::size_t particles(std::size_t k) const {
         std::size_t count = 0;

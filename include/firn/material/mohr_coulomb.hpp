@@ -346,7 +346,7 @@ private:
         const S room = softening_strain - before, least = added_with(first);
         const auto stays_below = e.v[0] - e.v[D - 1] < room;
         const S x1 = select(stays_below, least, room), y1 = function(x1);
-        const auto beyond = !stays_below & (S(0) <= y1);
+        const auto beyond = (S(0) <= y1) & !stays_below;
         const S missing = select(softens & !beyond, too_large(y1, x1), S(-1));
         Points points{Vec<S, 3>{S(0), least, missing}, Vec<S, 3>{x1, y1, S(0)}};
         if (any(S(0) < missing))
