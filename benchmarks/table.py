@@ -126,7 +126,9 @@ def materials():
 def executions():
     _, numbers = load("results.json")
     names = dict.fromkeys(name.split("/")[2] for name in numbers if name.startswith("step/two_cubes/"))
-    rows = [[f"`{name}`", *rates(numbers, "two_cubes", name)] for name in names if name != "apart"]
+    rate_of = lambda name: results.rate(steps(numbers, "two_cubes", name, 1) or {"particle_steps_per_second": 0})
+    rows = [[f"`{name}`", *rates(numbers, "two_cubes", name)]
+            for name in sorted(names, key=rate_of, reverse=True) if name != "apart"]
     one, apart = steps(numbers, "two_cubes", "coloured", 1), steps(numbers, "two_cubes", "apart", 2)
     if one and apart:
         rows.append(["two scenes at once, one a thread", "", number(results.rate(apart)),
@@ -148,7 +150,7 @@ def corner():
 
 def stages():
     _, numbers = load("results.json")
-    names = dict.fromkeys(name.split("/")[1] for name in numbers if name.startswith("stage/"))
+    names = sorted({name.split("/")[1] for name in numbers if name.startswith("stage/")})
     nanoseconds = lambda name, threads: (of := numbers.get(f"stage/{name}/threads:{threads}")) and number(
         1e9 / of["particles_per_second"])
     return names and table(["stage", "1 thread", "2 threads"],

@@ -13,7 +13,7 @@ namespace {
 
 using test_support::check_refused;
 
-const std::filesystem::path data = std::filesystem::path(__FILE__).parent_path() / "../../../examples/data";
+const std::filesystem::path data = FIRN_TEST_EXAMPLES_DIR "/data";
 
 const std::string whole = R"({
   "about": "two materials",
