@@ -4,8 +4,8 @@
 ///     {"file-series-version": "1.0", "files": [{"name": "NAME_0000.hdf", "time": 0}, …]}
 #pragma once
 
+#include <firn/io/file_series.hpp>
 #include <firn/io/needs_hdf5.hpp>
-#include <firn/io/series_file.hpp>
 #include <firn/io/state_writer.hpp>
 
 #include <cstddef>
@@ -25,6 +25,11 @@ namespace firn::inline FIRN_BUILD {
 /// digits, and .hdf. If the old list cannot be read, no file is removed.
 class StateSeries {
 public:
+    using Options = StateOptions;  ///< Options for writing the states.
+    /// What write() takes: a state.
+    template <state_scalar S>
+    using Frame = State<S>;
+
     /// Makes the folder `directory` if this folder does not exist. No file is written yet.
     /// \param directory  the folder for the files of the series
     /// \param name       the part NAME of the file names NAME_0000.hdf, NAME_0001.hdf, …
@@ -58,19 +63,15 @@ public:
                                      const std::function<void(const std::filesystem::path&, const StateOptions&)>& put);
 
     /// Returns the path of the list of states, NAME.hdf.series.
-    std::filesystem::path path() const { return directory_ / (name_ + ".hdf.series"); }
+    std::filesystem::path path() const { return files_.path(); }
     /// Returns the number of states in the list.
-    std::size_t size() const { return entries_.size(); }
+    std::size_t size() const { return files_.size(); }
     /// Returns the states in the list, in the order in which they were written.
-    const std::vector<SeriesEntry>& entries() const { return entries_; }
+    const std::vector<SeriesEntry>& entries() const { return files_.entries(); }
 
 private:
-    std::filesystem::path directory_;
-    std::string name_;
+    FileSeries files_;
     StateOptions options_;
-    std::vector<SeriesEntry> entries_;
-    std::size_t next_ = 0;  // index of the next state, which its file name contains
-    bool has_written_ = false;
 };
 
 }  // namespace firn::inline FIRN_BUILD

@@ -6,6 +6,7 @@
 #include <firn/core/tensor.hpp>
 #include <firn/math/trigonometric.hpp>
 
+#include <concepts>
 #include <type_traits>
 
 namespace firn::inline FIRN_BUILD {
@@ -82,6 +83,31 @@ FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
     using M = Mat<S, N == 2 ? 2 : 3>;
     const M K = skew(axial_part(q));
     return M::identity() + (K * q.v[0] + K * K) * S(2);
+}
+
+/// Returns the rotor (w, x, y, z) with w ≥ 0 of a rotation whose matrix is R, the inverse of matrix_of(). Its largest
+/// component comes first, from the diagonal of R, and the others by dividing by it, so that no digits cancel (Shepperd,
+/// J. Guid. Control 1 (1978)).
+/// \param R  a proper rotation: R Rᵀ = I, det R = 1
+template <std::floating_point S>
+Rotor<S, 3> rotor_of(const Mat<S, 3>& R) {
+    const S sum = trace(R);
+    const S squares[4] = {S(1) + sum, S(1) + S(2) * R(0, 0) - sum, S(1) + S(2) * R(1, 1) - sum,
+                          S(1) + S(2) * R(2, 2) - sum};  // 4 w², 4 x², 4 y², 4 z²
+    int most = 0;
+    for (int i = 1; i < 4; ++i)
+        if (squares[i] > squares[most]) most = i;
+    Rotor<S, 3> q;
+    q[most] = squares[most];
+    if (most == 0) {
+        for (int i = 0; i < 3; ++i) q[i + 1] = R((i + 2) % 3, (i + 1) % 3) - R((i + 1) % 3, (i + 2) % 3);
+    } else {
+        const int i = most - 1, j = (i + 1) % 3, k = (i + 2) % 3;
+        q[0] = R(k, j) - R(j, k);
+        q[j + 1] = R(i, j) + R(j, i);
+        q[k + 1] = R(i, k) + R(k, i);
+    }
+    return q * ((q[0] < S(0) ? S(-1) : S(1)) / norm(q));
 }
 
 /// Returns the rotation q followed by the rotation `turn`, as a rotor of unit length.

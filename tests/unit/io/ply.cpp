@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstring>
+#include <limits>
 
 using states::Folder;
 
@@ -43,7 +44,7 @@ TEST_CASE("A PLY file holds points, the fields asked for and the triangles", "[i
     const std::string header =
         "ply\nformat binary_little_endian 1.0\ncomment positions in metres, after 0.5 seconds\nelement vertex 3\n"
         "property float x\nproperty float y\nproperty float z\nproperty uint id\nproperty float mass\n"
-        "property float velocity_x\nproperty float velocity_y\nproperty float velocity_z\n"
+        "property float vx\nproperty float vy\nproperty float vz\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     REQUIRE(all.substr(0, header.size()) == header);
     std::string_view rest(all);
@@ -78,12 +79,37 @@ TEST_CASE("In the plane PLY points have z = 0 and facets are edges; double stays
     CHECK(rest.size() == (2 * 7 - 3) * 8 + 2 * 4 + 2 * 4);
 }
 
+TEST_CASE("In the plane PLY velocities have vz = 0; other vectors have the names of their fields", "[io]") {
+    firn::State<float> state;
+    state.dimension = 2;
+    state.fields = {{"position", "m", 2, {1, 2}}, {"velocity", "m/s", 2, {3, 4}}, {"normal", "1", 2, {5, 6}}};
+    state.id = {0};
+    state.body = {0};
+    const Folder folder;
+    firn::write_ply(folder / "a.ply", state, {"velocity", "normal"});
+    const std::string all = states::bytes_of(folder / "a.ply");
+    CHECK(states::holds(all,
+                        "property float vx\nproperty float vy\nproperty float vz\nproperty float normal_x\n"
+                        "property float normal_y\nend_header\n"));
+    std::string_view rest(all);
+    rest.remove_prefix(all.find("end_header\n") + 11 + 16);
+    for (const float expected : {3.F, 4.F, 0.F, 5.F, 6.F}) CHECK(take<float>(rest) == expected);
+    CHECK(rest.empty());
+}
+
 TEST_CASE("What cannot be a PLY file is refused, and nothing is written", "[io]") {
     const Folder folder;
     CHECK_THROWS_AS(firn::write_ply(folder / "a.ply", triangle(), {"temperature"}), firn::parameter_error);
     auto far = triangle();
     far.id[2] = std::int64_t(1) << 32;
     CHECK_THROWS_AS(firn::write_ply(folder / "a.ply", far), firn::parameter_error);
+    auto broken = triangle();
+    broken.fields[2].values[2] = std::numeric_limits<float>::quiet_NaN();
+    CHECK(states::holds(
+        states::message<firn::parameter_error>([&] { firn::write_ply(folder / "a.ply", broken, {"mass"}); }),
+        "The field 'mass' of particle 7 is nan"));
+    broken.fields[0].values[0] = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_AS(firn::write_ply(folder / "a.ply", broken), firn::parameter_error);
     CHECK_THROWS_AS(firn::write_ply(folder / "no/a.ply", triangle()), firn::io_error);
     CHECK(folder.names().empty());
 }
@@ -91,8 +117,7 @@ TEST_CASE("What cannot be a PLY file is refused, and nothing is written", "[io]"
 TEST_CASE("A field that cannot be a property of a PLY file, or is one already, is refused by its name", "[io]") {
     const Folder folder;
     auto state = triangle();
-    for (const char* name : {"x", "my field", "velocity_y", "position_x"})
-        state.fields.push_back({name, "1", 1, {1, 2, 3}});
+    for (const char* name : {"x", "my field", "vy", "position_x"}) state.fields.push_back({name, "1", 1, {1, 2, 3}});
     const auto refused = [&](const std::vector<std::string>& fields) {
         return states::message<firn::parameter_error>([&] { firn::write_ply(folder / "a.ply", state, fields); });
     };
@@ -100,12 +125,11 @@ TEST_CASE("A field that cannot be a property of a PLY file, or is one already, i
     CHECK(states::holds(refused({"my field"}), "The field 'my field' cannot be a property"));
     CHECK(
         states::holds(refused({"mass", "mass"}), "The field 'mass' would give the PLY file a second property 'mass'"));
-    CHECK(states::holds(refused({"velocity_y", "velocity"}),
-                        "The field 'velocity' would give the PLY file a second "
-                        "property 'velocity_y'"));
-    CHECK(states::holds(refused({"velocity", "velocity_y"}), "The field 'velocity_y' would"));
+    CHECK(states::holds(refused({"vy", "velocity"}),
+                        "The field 'velocity' would give the PLY file a second property 'vy'"));
+    CHECK(states::holds(refused({"velocity", "vy"}), "The field 'vy' would"));
     CHECK(states::holds(refused({"position_x", "position"}), "second property 'position_x'"));
     CHECK(folder.names().empty());
-    firn::write_ply(folder / "a.ply", state, {"velocity_y", "mass", "position"});
+    firn::write_ply(folder / "a.ply", state, {"vy", "mass", "position"});
     CHECK(folder.names().size() == 1);
 }
