@@ -3,12 +3,15 @@
 /// room.
 #include <firn/data/scratch_file.hpp>
 #include <firn/io/background_series.hpp>
+#include <firn/io/ply_series.hpp>
 #include <firn/io/states.hpp>
+#include <firn/io/usd_series.hpp>
 
 #include "unit/io/example_state.hpp"
 
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 
 namespace {
 
@@ -108,6 +111,54 @@ void check_series_in_the_background(const std::filesystem::path& folder, std::si
     for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
 }
 
+/// A state that can be drawn.
+State finite_at(double time) {
+    State state = at_time(time);
+    for (auto& field : state.fields)
+        for (std::size_t i = 0; i < field.values.size(); ++i) field.values[i] = float(i) + float(time);
+    for (std::size_t i = 0; i < state.id.size(); ++i) state.id[i] = std::int64_t(i);
+    return state;
+}
+
+std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename() != "ballast")
+            files[entry.path().filename().string()] = states::bytes_of(entry.path());
+    return files;
+}
+
+/// A series for pictures: what could not be written leaves all files as they were after the last write, and the next
+/// write goes on.
+/// \param read_list  reads the list of a series
+template <class Series, class Read>
+void check_drawn_series(const std::filesystem::path& folder, std::size_t ballast,
+                        const typename Series::Options& options, const Read& read_list) {
+    put_ballast(folder, ballast);
+    {
+        Series series(folder, "run", options);
+        std::map<std::string, std::string> files;
+        const auto write = [&](double time) {
+            series.write(finite_at(time));
+            files = files_in(folder);
+        };
+        for (int attempt = 0; attempt < 2; ++attempt) {
+            check_message(fill(double(series.size()), [&](const State& state) { write(state.time); }), folder);
+            require(series.size() >= 2, "some files have room");
+            require(files_in(folder) == files, "what could not be written leaves the files as they were");
+            require(read_list(series.path()) == series.entries(), "the list has what was written");
+        }
+        std::filesystem::remove(folder / "ballast");
+        write(double(series.size()));
+        const auto list = read_list(series.path());
+        require(list.size() == series.size(), "writing goes on with room");
+        for (std::size_t i = 0; i < list.size(); ++i)
+            require(list[i].time == double(i) && files.contains(list[i].file), "each file in the list is there");
+        require(files.size() == list.size() + 1, "there are no other files");
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
+}
+
 /// Records are written until the disk is full. Those that were written stay as they are, and when one of them is given
 /// up, its room is used again.
 void check_scratch_file(const std::filesystem::path& folder) {
@@ -152,6 +203,11 @@ int main(int, char** arguments) {
     // By a page each time: full at each page of a state, and where the state has room but the list has not.
     for (std::size_t pages = 0; pages < 40; ++pages) check_series_in_turn(folder, 300'000 + pages * page);
     check_series_in_the_background(folder, 500'000);
+    for (std::size_t pages = 0; pages < 20; ++pages) {
+        const std::size_t ballast = 500'000 + pages * page;
+        check_drawn_series<firn::PlySeries>(folder, ballast, {.fields = {"velocity", "C"}}, firn::read_series);
+        check_drawn_series<firn::UsdSeries>(folder, ballast, {.width = 0.1}, firn::detail::read_usd_list);
+    }
     check_scratch_file(folder);
     std::printf("all so\n");
     return 0;

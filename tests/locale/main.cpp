@@ -7,6 +7,7 @@
 #include <firn/io/obj.hpp>
 #include <firn/io/ply.hpp>
 #include <firn/io/states.hpp>
+#include <firn/io/usd_series.hpp>
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
 
@@ -66,6 +67,7 @@ std::vector<Text> written(const std::filesystem::path& folder) {
     const State<float> state = state_of(run);
     write_state(folder / "state.hdf", state);
     write_ply(folder / "state.ply", state);
+    UsdSeries(folder, "stage").write(state);
     write_obj(folder / "mesh.obj", TriangleMesh{{{0.1, 1234567.5, 1e-9}, {1, 0, 0}, {0, 1, 1.0 / 3}}, {{0, 1, 2}}});
     StateSeries series(folder, "run", {});
     series.write(state);
@@ -82,6 +84,7 @@ std::vector<Text> written(const std::filesystem::path& folder) {
             {"PLY", bytes_of(folder / "state.ply")},
             {"OBJ", bytes_of(folder / "mesh.obj")},
             {"series", bytes_of(folder / "run.hdf.series")},
+            {"USD", bytes_of(folder / "stage.usda") + bytes_of(folder / "stage_0000.usda")},
             {"WGSL", program.code},
             {"manifest", wgsl::manifest(program)},
             {"sentence", sentence("dt = ", 0.5, " s, ", 1234567, ", ", std::uint64_t(12345678901), ", ", 1.5F, ", ",
