@@ -112,26 +112,8 @@ int main() {
 
     //! ## For other programs
     //!
-    //! | for | write | with |
-    //! | --- | --- | --- |
-    //! | ParaView | a StateSeries or BackgroundSeries | all fields, triangles, times |
-    //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})`, `firn/io/ply.hpp` | points, ids, fields |
-    //! | Houdini, Blender | `write_obj("cloth_0001.obj", state)`, `firn/io/obj.hpp` | points and triangles |
-    //! | programs that read points | `write_obj_points("run_0001.obj", points)` | points |
-    //!
-    //! ## The mesh that was filled
-    //!
-    //! To see the surface of a body that was sampled from a mesh, let the mesh move along as a skin of almost no mass:
-    //! its points are particles of the material NoStress beside the body.
-    //!
-    //! ```cpp
-    //! firn::Simulation simulation(box, firn::Materials{jelly, firn::NoStress<float>{}});
-    //! simulation.set<0>().add(firn::sample_mesh(mesh, {.spacing = h / 2}), 1000);
-    //! const auto skin = firn::cloth(mesh);
-    //! simulation.set<1>().add(skin, std::vector<double>(skin.positions.size(), 1e-6));  // kg for each point
-    //! …
-    //! firn::write_obj("out/bunny_0001.obj", firn::state_of(simulation.set<1>()));  // the mesh's triangles, where they are
-    //! ```
+    //! ParaView opens the list of a StateSeries or BackgroundSeries: all fields, triangles, times. For Blender, Houdini,
+    //! Omniverse, viewers of splats, and for the mesh that was filled: [Files for other programs](21_other_programs.cpp).
     //!
     //! ## A picture
     //!

@@ -1,9 +1,10 @@
 /// \file Includes all headers for simulations on a grid: the class Simulation, the policies, and the stages of a step.
 ///
 /// These headers are not included; add those that you need: firn/lagrangian.hpp (particles, soft bodies and cloth
-/// without a grid), firn/io/states.hpp (HDF5), firn/io/obj.hpp, firn/data/eigen.hpp, firn/wgsl/program.hpp (programs
-/// for a GPU), firn/adjoint.hpp (derivatives), firn/core/own_threads.hpp (threads without OpenMP). Loops run on
-/// OpenMP's threads if the program is compiled with OpenMP.
+/// without a grid), firn/io/states.hpp (HDF5), firn/io/usd_series.hpp and its like (files for other programs),
+/// firn/io/obj.hpp, firn/data/eigen.hpp, firn/wgsl/program.hpp (programs for a GPU), firn/adjoint.hpp (derivatives),
+/// firn/core/own_threads.hpp (threads without OpenMP). Loops run on OpenMP's threads if the program is compiled with
+/// OpenMP.
 #pragma once
 
 #include <firn/core/requirements.hpp>

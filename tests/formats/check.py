@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""check.py FOLDER: opens what firn_formats has written to FOLDER with OpenUSD, trimesh and VTK, as Houdini, Blender,
-Omniverse, Python and ParaView do, and compares it with expected.json. Ends with 77 if a library is missing."""
+"""check.py FOLDER: opens what firn_formats has written to FOLDER with OpenUSD, which Houdini, Blender and Omniverse use,
+with VTK, which ParaView uses, and with plyfile and trimesh, and compares it with expected.json. Ends with 77 if a library
+is missing."""
 
 import json
 import pathlib
@@ -8,12 +9,13 @@ import sys
 
 try:
     import numpy as np
+    import plyfile
     import trimesh
     import vtk
     from pxr import Sdf, Usd, UsdGeom, UsdUtils
     from vtk.util.numpy_support import vtk_to_numpy
 except ImportError as missing:
-    print(f"Skipped: {missing}. pip install usd-core trimesh vtk numpy")
+    print(f"Skipped: {missing}. pip install usd-core vtk plyfile trimesh numpy")
     sys.exit(77)
 
 folder = pathlib.Path(sys.argv[1])
@@ -162,14 +164,10 @@ def check_ply():
         path = folder / name
         positions = array(state, "position", 3)
         same(trimesh.load(path).vertices, positions.astype(float), f"{name} with trimesh")
-        with open(path, "rb") as file:
-            vertex = trimesh.exchange.ply._parse_header(file)[0]
-            trimesh.exchange.ply._ply_binary(vertex, file)
-        vertex = vertex["vertex"]["data"]
-        same(np.stack([vertex[axis] for axis in ("vx", "vy", "vz")], 1).reshape(-1, 3), array(state, "velocity", 3),
-             f"{name}: vx vy vz")
-        same(vertex["id"].reshape(-1), np.array(state["id"], dtype=np.uint32), f"{name}: ids")
-        same(vertex["volume"].reshape(-1), array(state, "volume", 1)[:, 0], f"{name}: volume")
+        vertex = plyfile.PlyData.read(path)["vertex"].data
+        same(np.stack([vertex[axis] for axis in ("vx", "vy", "vz")], 1), array(state, "velocity", 3), f"{name}: vx vy vz")
+        same(vertex["id"], np.array(state["id"], dtype=np.uint32), f"{name}: ids")
+        same(vertex["volume"], array(state, "volume", 1)[:, 0], f"{name}: volume")
         same(read_vtk(vtk.vtkPLYReader(), path)[0], positions, f"{name} with VTK")
     for k, (name, _) in enumerate(read_series("all.ply.series")):
         mesh = trimesh.load(folder / name, process=False)
@@ -199,16 +197,13 @@ def check_obj():
 def check_splats():
     for (name, _), state in zip(read_series("splats.ply.series"), expected["drops"][1:]):
         same(read_vtk(vtk.vtkPLYReader(), folder / name)[0], array(state, "position", 3), f"{name} with VTK")
-        with open(folder / name, "rb") as file:
-            vertex = trimesh.exchange.ply._parse_header(file)[0]
-            trimesh.exchange.ply._ply_binary(vertex, file)
-        vertex = vertex["vertex"]["data"]
+        vertex = plyfile.PlyData.read(folder / name)["vertex"].data
         names = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
                  "rot_0", "rot_1", "rot_2", "rot_3"]
         check(list(vertex.dtype.names) == names, f"{name} has the properties of a splat in their order")
 
         def columns(*names):
-            return np.stack([vertex[name].reshape(-1) for name in names], 1).astype(float)
+            return np.stack([vertex[name] for name in names], 1).astype(float)
 
         w, x, y, z = columns("rot_0", "rot_1", "rot_2", "rot_3").T
         check(np.allclose(w * w + x * x + y * y + z * z, 1, atol=3e-7) and (w >= 0).all(), f"{name}: unit quaternions")

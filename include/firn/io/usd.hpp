@@ -39,7 +39,8 @@ struct UsdPrim {
 
 /// Options for writing stages.
 struct UsdOptions {
-    /// Time codes per second: a time t [s] is the time code (the frame) t · time_codes_per_second.
+    /// Time codes per second: a time t [s] is the time code (the frame) t · time_codes_per_second, or the whole number
+    /// that is less than 1e-6 away from it.
     double time_codes_per_second = 24;
     /// Diameter of points [m]. 0: of each its spacing, the D-th root of its initial volume (field `volume`).
     double width = 0;
@@ -272,9 +273,11 @@ std::string usd_declarations(const std::vector<UsdPrim<S>>& prims, const UsdOpti
     return text;
 }
 
-/// Returns the time code of a time, as text.
-inline std::string time_code(double time, const UsdOptions& options) {
-    return exact_text(time * options.time_codes_per_second);
+/// Returns the time code of a time. A time code that is nearly a whole number is that number, because the sum of a
+/// run's steps is rounded, and a program that shows frames would lose a last frame of 5.999999999999999.
+inline double time_code(double time, const UsdOptions& options) {
+    const double code = time * options.time_codes_per_second, whole = std::round(code);
+    return std::abs(code - whole) < 1e-6 ? whole : code;
 }
 
 /// Writes a stage of one time.
@@ -282,7 +285,7 @@ inline std::string time_code(double time, const UsdOptions& options) {
 template <class S>
 void write_usd_stage(const std::filesystem::path& path, const std::string& root, const std::vector<UsdPrim<S>>& prims,
                      const UsdOptions& options) {
-    const std::string code = time_code(check_usd_prims(prims, options), options);
+    const std::string code = exact_text(time_code(check_usd_prims(prims, options), options));
     AtomicFile file(path);
     file.write(usd_header(root, options, code, code, "") + "def Xform \"" + root + "\"\n{\n");
     for (const UsdPrim<S>& prim : prims) {

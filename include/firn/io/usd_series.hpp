@@ -93,7 +93,7 @@ public:
     template <state_scalar S>
     std::filesystem::path write(const std::vector<UsdPrim<S>>& prims) {
         const double time = detail::check_usd_prims(prims, options_);
-        if (size() > 0 && !(time > entries().back().time))
+        if (size() > 0 && !(code_of(time) > code_of(entries().back().time)))
             throw parameter_error(sentence("The states have the time ", time, " s, and the stage ", path(), " goes to ",
                                            entries().back().time, " s already; write later states."));
         std::string declared = detail::usd_declarations(prims, options_);
@@ -126,12 +126,14 @@ public:
     const std::vector<SeriesEntry>& entries() const { return files_.entries(); }
 
 private:
+    double code_of(double time) const { return detail::time_code(time, options_); }
+
     /// Writes NAME.usda.
     [[gnu::cold]] void write_stage(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries,
                                    const std::string& declared) const {
         std::string active, files, times;
         for (std::size_t i = 0; i < entries.size(); ++i) {
-            const std::string code = detail::time_code(entries[i].time, options_), comma = i > 0 ? ", " : "";
+            const std::string code = detail::exact_text(code_of(entries[i].time)), comma = i > 0 ? ", " : "";
             active += comma + "(" + code + ", " + std::to_string(i) + ")";
             files += comma + "@./" + entries[i].file + "@";
             times += comma + "(" + code + ", " + code + ")";
@@ -140,8 +142,8 @@ private:
         data += detail::usd_list_begin;
         data += detail::series_text(entries) + "'''\n";
         AtomicFile file(path);
-        file.write(detail::usd_header(root_, options_, detail::time_code(entries.front().time, options_),
-                                      detail::time_code(entries.back().time, options_), data));
+        file.write(detail::usd_header(root_, options_, detail::exact_text(code_of(entries.front().time)),
+                                      detail::exact_text(code_of(entries.back().time)), data));
         file.write("def Xform \"" + root_ + "\" (\n    clips = {\n        dictionary default = {\n");
         file.write("            double2[] active = [" + active + "]\n");
         file.write("            asset[] assetPaths = [" + files + "]\n");

@@ -227,6 +227,22 @@ TEST_CASE("USD in the background is that in the foreground, byte for byte, and g
     CHECK(files == 2);
 }
 
+TEST_CASE("The times of rounded steps are whole frames, and others are as they are", "[io][usd]") {
+    const Folder folder;
+    firn::UsdSeries series(folder.path(), "run");
+    double time = 0;
+    for (int k = 0; k < 7; ++k) {
+        if (k > 0) time += 1.0 / 24;
+        series.write(water_at(time));
+    }
+    REQUIRE(24 * time != 6);  // the sum is rounded
+    series.write(water_at(6.25 / 24));
+    CHECK(states::holds(states::bytes_of(series.path()),
+                        "active = [(0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (6.25, 7)]"));
+    CHECK(states::holds(states::bytes_of(folder / "run_0006.usda"), "endTimeCode = 6\n"));
+    CHECK_THROWS_AS(series.write(water_at(6.25 / 24 + 1e-20)), firn::parameter_error);
+}
+
 TEST_CASE("Prims may lose all their points and facets, and get some again", "[io][usd][series]") {
     const Folder folder;
     firn::UsdSeries series(folder.path(), "run");
