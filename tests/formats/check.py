@@ -129,6 +129,13 @@ def check_run():
     every = np.concatenate([array(expected[name][2], "position", 3) for name in ("drops", "cloth")])
     check(np.allclose(box.GetMin(), np.minimum(every.min(0), array(expected["drops"][2], "position", 3).min(0) - 0.01),
                       atol=1e-6), "the bounding box of the stage is that of its points")
+    # OpenUSD makes one binary file of it, whose values are its own.
+    stage.Export(str(folder / "run.usdc"))
+    binary = Usd.Stage.Open(str(folder / "run.usdc"))
+    check(binary.GetDefaultPrim().GetMetadata("clips") is None, "the binary file needs no other")
+    for k in range(5):
+        check_points(binary.GetPrimAtPath("/run/drops"), 3 * k, expected["drops"][k], f"drops in run.usdc at {3 * k}")
+        check_mesh(binary.GetPrimAtPath("/run/cloth"), 3 * k, expected["cloth"][k], f"cloth in run.usdc at {3 * k}")
     # Another stage may refer to it.
     other = Usd.Stage.CreateInMemory()
     other.DefinePrim("/shot").GetReferences().AddReference(str(folder / "run.usda"))

@@ -101,7 +101,7 @@ void write_splats(const std::filesystem::path& path, const State<S>& state, cons
 
     const StateField<S>* position = &state.field("position");
     const StateField<S>* F = state.find("deformation_gradient");
-    const StateField<S>* J = state.find("volume_ratio");
+    const StateField<S>* J = F ? nullptr : state.find("volume_ratio");
     const StateField<S>* volume = options.radius > 0 ? nullptr : &state.field("volume");
     const StateField<S>* of_colour = options.colour_of ? &state.field(options.field) : nullptr;
     const int D = state.dimension;
@@ -135,8 +135,7 @@ void write_splats(const std::filesystem::path& path, const State<S>& state, cons
             radius = 0.5 * std::pow(double(volume->values[i]), 1.0 / D);
             if (!(radius > 0)) refuse("a volume", double(volume->values[i]), "; give SplatOptions::radius.");
         }
-        if (!F && J && !(J->values[i] > 0))
-            refuse("a volume ratio", double(J->values[i]), "; a splat needs more than 0.");
+        if (J && !(J->values[i] > 0)) refuse("a volume ratio", double(J->values[i]), "; a splat needs more than 0.");
         const detail::Splat splat = detail::splat_of(detail::deformation_at(F, J, D, i), radius);
         if (!(splat.deviations[2] > 0)) refuse("a principal stretch", 0, "; a splat needs one of more than 0.");
         Vec<double, 3> colour = options.colour;

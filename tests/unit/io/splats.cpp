@@ -121,7 +121,7 @@ TEST_CASE("The covariance of a splat is that of a Gaussian that F has deformed",
         for (int k = 0; k < 9; ++k) field.values.push_back(F[i](k / 3, k % 3));
     }
     state.fields.push_back(field);
-    state.fields.push_back({"volume_ratio", "1", 1, std::vector<double>(count, 9)});  // F says more
+    state.fields.push_back({"volume_ratio", "1", 1, std::vector<double>(count, -9)});  // F counts
     firn::write_splats(folder / "a.ply", state, {.radius = 0.1});
     const Read read = read_floats(folder / "a.ply");
     REQUIRE(read.rows.size() == count);
