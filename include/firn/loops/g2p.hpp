@@ -238,6 +238,7 @@ PassReport g2p_pass(int threads, const ParticleView<S, D, Field, State>& view, c
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");
+    if (partition.groups.empty()) return {};  // of many materials, a simulation may have particles of few
     const GroupUpdate<Kernel, Transfer, Force, Volume, Material, ParticleView<S, D, Field, State>> update(
         view, partition, grid, material, step, transfer);
     std::vector<G2PThreadReport> reports{std::size_t(threads)};
