@@ -96,9 +96,12 @@ public:
             one.checked([&] { sink.check(); });
             scene.sinks.push_back({material_of(one, choice), sink});
         });
-        for_each(json, "motions", [&](const firn::JsonValue& one) { scene.motions.push_back(motion_of(one, choice)); });
-        std::stable_sort(scene.motions.begin(), scene.motions.end(),
-                         [](const Motion& a, const Motion& b) { return a.time < b.time; });
+        for_each(json, "motions", [&](const firn::JsonValue& one) {
+            const Motion motion = motion_of(one, choice);
+            const auto later = std::upper_bound(scene.motions.begin(), scene.motions.end(), motion.time,
+                                                [](double time, const Motion& other) { return time < other.time; });
+            scene.motions.insert(later, motion);
+        });
         scene.end = positive(json.at("end"));
         scene.frames = 50;
         if (const auto* frames = json.find("frames")) scene.frames = std::int64_t(frames->whole());

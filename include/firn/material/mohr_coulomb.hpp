@@ -336,7 +336,7 @@ private:
         using Points = std::array<Vec<S, 3>, 2>;  // γ − before, the function there, and in the first: what is missing
         const auto root = [](const Points& b) FIRN_LAMBDA {
             const S step = b[1].v[0] - b[0].v[0], span = b[0].v[1] - b[1].v[1];
-            const auto far = S(close) * abs(b[0].v[0]) < abs(step), level = span == S(0), apart = far & !level;
+            const mask_t<S> far = S(close) * abs(b[0].v[0]) < abs(step), level = span == S(0), apart = far & !level;
             return select(apart, b[0].v[0] + step * (b[0].v[1] / select(apart, span, S(1))), b[1].v[0] + b[1].v[1]);
         };
         // The next root is nearer than the size of the function at the last one by the loss of strength over the step.
@@ -346,7 +346,7 @@ private:
         const S room = softening_strain - before, least = added_with(first);
         const auto stays_below = e.v[0] - e.v[D - 1] < room;
         const S x1 = select(stays_below, least, room), y1 = function(x1);
-        const auto reaches = S(0) <= y1, beyond = reaches & !stays_below;
+        const mask_t<S> reaches = S(0) <= y1, beyond = reaches & !stays_below;
         const S missing = select(softens & !beyond, too_large(y1, x1), S(-1));
         Points points{Vec<S, 3>{S(0), least, missing}, Vec<S, 3>{x1, y1, S(0)}};
         if (any(S(0) < missing))
