@@ -4,6 +4,8 @@
 #include "support/bunnies.hpp"
 #include "support/elastic.hpp"
 #include <firn/data/point_spacing.hpp>
+#include <firn/io/surface.hpp>
+#include <firn/simulation/surface.hpp>
 
 #include <cmath>
 
@@ -68,6 +70,13 @@ example::Record collide(const example::Options& options, const example::Elastic&
         }
         return values;
     });
+    if (options.ply && record.outcome.has_moved()) {  // beside the particles, the skins that pictures show
+        for (const std::size_t b : {0U, 1U}) {
+            const auto surface = firn::surface_of(simulation, record.bodies[b], {}, {"velocity"});
+            firn::write_ply(options.file(b == 0 ? "_lower_surface.ply" : "_upper_surface.ply"), surface,
+                            simulation.time());
+        }
+    }
     return record;
 }
 

@@ -10,6 +10,7 @@
 namespace example {
 
 using Vec3 = firn::Vec<float, 3>;
+using Mat3 = firn::Mat<float, 3>;
 
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};

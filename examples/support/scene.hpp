@@ -4,7 +4,6 @@
 
 #include <firn/core/error.hpp>
 
-#include "ellipsoid.hpp"
 #include "shadow.hpp"
 #include "triangles.hpp"
 

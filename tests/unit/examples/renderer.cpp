@@ -230,11 +230,11 @@ TEST_CASE("the same cloud gives the same picture, on any number of threads", "[e
 }
 
 TEST_CASE("a skin follows the deformation gradient: stretched matter has no holes", "[examples]") {
-    // A plate of 3 layers, stretched to twice its length and width, before a floor of another colour.
+    // A plate of 3 layers, stretched to 2.6 times its length and width, before a floor of another colour.
     constexpr int n = 16;
     Cloud cloud;
     cloud.radius = 0.06F;
-    const float spacing = 0.1F, stretch = 1.9F;
+    const float spacing = 0.1F, stretch = 2.6F;
     for (int i = 0; i < n * n * 3; ++i)
         cloud.positions.push_back({stretch * spacing * float(i % n), stretch * spacing * float(i / n % n),
                                    spacing / (stretch * stretch) * float(i / n / n)});
@@ -374,35 +374,6 @@ TEST_CASE("no particle of a skin vanishes", "[examples]") {
             CHECK(pixels > (distance < 1 ? 60 : 60 * particles));
         }
     }
-}
-
-TEST_CASE("an ellipsoid is never a needle: stretches are limited, axes are kept", "[examples]") {
-    using example::Mat3;
-    const auto of = [](float a, float b, float c) {
-        Mat3 F = Mat3::identity();
-        F(0, 0) = a;
-        F(1, 1) = b;
-        F(2, 2) = c;
-        return F;
-    };
-    const auto near = [](const Mat3& a, const Mat3& b) {
-        bool all = true;
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) all = all && std::abs(a(i, k) - b(i, k)) < 1e-4F;
-        return all;
-    };
-    CHECK(near(example::drawable(of(1.3F, 0.9F, 1.0F)), of(1.3F, 0.9F, 1.0F)));
-    // By hand: of diag(100, 1, 1/100) the volume is 1, and the stretches are cut to 2, 1 and 1/2.
-    CHECK(near(example::drawable(of(100, 1, 0.01F)), of(2, 1, 0.5F)));
-    // Of diag(4, 4, 4) the volume is cut to 2.
-    CHECK(near(example::drawable(of(4, 4, 4)), of(std::cbrt(2.0F), std::cbrt(2.0F), std::cbrt(2.0F))));
-    // Of a matrix without an inverse, too: by hand, diag(0.001 (as the least), 1, 1) has the volume 0.001.
-    CHECK(std::abs(firn::determinant(example::drawable(of(0, 1, 1)))) == Approx(0.5).epsilon(1e-3));
-    CHECK(near(example::drawable(of(std::numeric_limits<float>::quiet_NaN(), 1, 1)), Mat3::identity()));
-    Mat3 F = of(3, 0.2F, 1);
-    F(0, 1) = 0.7F;
-    F(2, 0) = -0.4F;
-    CHECK(near(example::inverse(F) * F, Mat3::identity()));
 }
 
 TEST_CASE("water is clear: what is behind it shows, tinted by its thickness", "[examples]") {
