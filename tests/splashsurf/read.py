@@ -77,7 +77,7 @@ def main(program, folder, particles="8000", threads="0"):
 
     check(len(points) == count, f"points.ply has {len(points)} points of {count:.0f}")
     check((len(own), len(own_triangles)) == (vertex_count, triangle_count), "surface.ply has other numbers of elements")
-    check({"nx", "ny", "nz", "velocity_x"} <= set(own.dtype.names), f"surface.ply has only {own.dtype.names}")
+    check({"nx", "ny", "nz", "vx"} <= set(own.dtype.names), f"surface.ply has only {own.dtype.names}")
     check(edges_that_are_not_of_two_triangles(own_triangles) == 0, "firn's surface in the file is not closed")
     check(abs(volume(points_of(own), own_triangles) / own_volume - 1) < 1e-4, "the file's surface has another volume")
 

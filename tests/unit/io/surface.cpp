@@ -60,8 +60,8 @@ TEST_CASE("A PLY file of a surface has nx, ny, nz and the fields", "[io]") {
         "ply\nformat binary_little_endian 1.0\ncomment positions in metres, after 0.25 seconds\nelement vertex " +
         std::to_string(surface.vertices.size()) +
         "\nproperty float x\nproperty float y\nproperty float z\nproperty uint id\nproperty float nx\n"
-        "property float ny\nproperty float nz\nproperty float velocity_x\nproperty float velocity_y\n"
-        "property float velocity_z\nproperty float temperature\nelement face " +
+        "property float ny\nproperty float nz\nproperty float vx\nproperty float vy\n"
+        "property float vz\nproperty float temperature\nelement face " +
         std::to_string(surface.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
     REQUIRE(all.substr(0, header.size()) == header);
     constexpr std::size_t bytes = 4 * (3 + 1 + 3 + 4);
