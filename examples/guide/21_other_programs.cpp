@@ -93,12 +93,12 @@ int main() {
     obj.finish();
 
     //! One file by itself needs no series: `write_usd`, `write_ply`, `write_splats` and `write_obj` take a path and a state.
-    //! firn::joined makes one state of several sets, with the field `set`, and firn::mesh_state a state of any mesh, such
+    //! firn::joined makes one state of several sets, with the field `set`, and firn::state_of a state of any mesh, such
     //! as that of a collider:
     firn::write_ply("out/all.ply",
                     firn::joined(std::vector{firn::state_of(simulation.set<0>()), firn::state_of(simulation.set<1>())}),
                     {"velocity", "set"});
-    firn::write_usd("out/floor.usda", firn::mesh_state(box({0, -0.1, 0}, {1, 0, 1})));
+    firn::write_usd("out/floor.usda", firn::state_of(box({0, -0.1, 0}, {1, 0, 1})));
 
     const std::size_t written = firn::read_series(ply.path()).size();
     std::printf("%zu times of %zu particles, and a skin of %zu triangles\n", written,

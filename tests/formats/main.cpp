@@ -54,7 +54,7 @@ State cloth_at(int k) {
         mesh.triangles.push_back({2 * i + 1, 2 * i + 3, 2 * i + 2});
     }
     mesh.triangles.resize(mesh.triangles.size() - std::size_t(k));
-    return firn::mesh_state<float>(mesh, 0.125 * k);
+    return firn::state_of<float>(mesh, 0.125 * k);
 }
 
 void add(firn::Json& json, const State& state) {

@@ -15,7 +15,7 @@ namespace firn::inline FIRN_BUILD {
 /// \param mesh  the mesh; it may be empty
 /// \param time  time of the state [s]
 template <state_scalar S = float>
-[[nodiscard]] State<S> mesh_state(const TriangleMesh& mesh, double time = 0) {
+[[nodiscard]] State<S> state_of(const TriangleMesh& mesh, double time = 0) {
     State<S> state;
     state.time = time;
     StateField<S> position{"position", "m", 3, {}};

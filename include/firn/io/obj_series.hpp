@@ -25,7 +25,7 @@ struct ObjFormat {
 };
 
 /// A series of OBJ files NAME_0000.obj, NAME_0001.obj, …, and a list of them, NAME.obj.series. The surfaces are the
-/// facets of states: those of cloth and skins; mesh_state() makes a state of any other mesh, such as that of a
+/// facets of states: those of cloth and skins; state_of() makes a state of any other mesh, such as that of a
 /// collider. Points and facets may change from file to file.
 ///
 ///     firn::BackgroundSeries<float, firn::ObjSeries> series("out", "cloth");

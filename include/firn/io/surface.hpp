@@ -3,12 +3,13 @@
 #pragma once
 
 #include <firn/data/surface.hpp>
+#include <firn/io/mesh_state.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/ply.hpp>
 #include <firn/io/state.hpp>
 
 #include <filesystem>
-#include <numeric>
+#include <utility>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -18,26 +19,14 @@ namespace firn::inline FIRN_BUILD {
 /// \throws parameter_error  if the parts of the surface do not fit together
 template <state_scalar S = float>
 State<S> state_of(const SurfaceMesh& surface, double time = 0) {
-    State<S> state;
-    state.time = time;
-    const std::size_t n = surface.vertices.size();
-    state.id.resize(n);
-    std::iota(state.id.begin(), state.id.end(), std::int64_t(0));
-    state.body.resize(n);
-    const auto add = [&](const char* name, const char* unit, const std::vector<Vec<double, 3>>& vectors) {
-        StateField<S> field{name, unit, 3, {}};
-        field.values.reserve(3 * vectors.size());
-        for (const auto& vector : vectors)
-            for (const double component : vector.v) field.values.push_back(S(component));
-        state.fields.push_back(std::move(field));
-    };
-    add("position", "m", surface.vertices);
-    add("normal", "1", surface.normals);
+    State<S> state = state_of<S>(static_cast<const TriangleMesh&>(surface), time);
+    StateField<S> normal{"normal", "1", 3, {}};
+    normal.values.reserve(3 * surface.normals.size());
+    for (const auto& vector : surface.normals)
+        for (const double component : vector.v) normal.values.push_back(S(component));
+    state.fields.push_back(std::move(normal));
     for (const auto& field : surface.fields)
         state.fields.push_back({field.name, field.unit, field.components, {field.values.begin(), field.values.end()}});
-    state.facets.reserve(3 * surface.triangles.size());
-    for (const auto& corners : surface.triangles)
-        state.facets.insert(state.facets.end(), corners.begin(), corners.end());
     check_state(state);
     return state;
 }

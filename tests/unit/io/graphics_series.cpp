@@ -94,13 +94,13 @@ TEST_CASE("The surfaces of an OBJ series move, and lose their facets", "[io][ser
 TEST_CASE("A mesh becomes a state that is written as the mesh", "[io]") {
     const Folder folder;
     const firn::TriangleMesh mesh{{{0.1, 1.0 / 3, 1e-9}, {1, 0, 0}, {0, 1, 7}}, {{2, 1, 0}}};
-    const auto state = firn::mesh_state<double>(mesh, 0.25);
+    const auto state = firn::state_of<double>(mesh, 0.25);
     CHECK_NOTHROW(firn::check_state(state));
     CHECK(state.time == 0.25);
     firn::write_obj(folder / "state.obj", state);
     firn::write_obj(folder / "mesh.obj", mesh);
     CHECK(states::bytes_of(folder / "state.obj") == states::bytes_of(folder / "mesh.obj"));
-    CHECK(firn::mesh_state(firn::TriangleMesh{}).size() == 0);
+    CHECK(firn::state_of(firn::TriangleMesh{}).size() == 0);
 }
 
 TEST_CASE("Series of several formats and names share a folder; a new one replaces its own files only", "[io][series]") {

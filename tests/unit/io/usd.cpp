@@ -32,7 +32,7 @@ firn::State<float> water_at(double time, std::size_t count = 2) {
 }
 
 firn::State<float> cloth_at(double time) {
-    return firn::mesh_state<float>({{{0, 0, 0}, {1, 0, 0}, {0, 1, time}}, {{0, 1, 2}}}, time);
+    return firn::state_of<float>(firn::TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, time}}, {{0, 1, 2}}}, time);
 }
 
 Prims prims_at(double time) { return {{"water", water_at(time)}, {"cloth", cloth_at(time)}}; }
