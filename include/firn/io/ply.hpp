@@ -30,8 +30,8 @@ void append_little_endian(std::string& bytes, T value) {
 
 /// Returns the name, in the PLY file, of one component of the field `name`. The result is `name` for a scalar,
 /// `name_x`, `name_y`, … for a field of two or three components, and `name_0`, `name_1`, … for a field of more
-/// components. The components of the velocity are `vx`, `vy` and `vz`, and those of `normal` are `nx`, `ny` and `nz`, as
-/// other programs call them.
+/// components. The components of the velocity are `vx`, `vy` and `vz`, and those of `normal` are `nx`, `ny` and `nz`,
+/// as other programs call them.
 /// \param component   index of the component, from 0
 /// \param components  number of components of the field
 inline std::string component_name(const std::string& name, int component, int components) {

@@ -1,5 +1,5 @@
-/// \file Writes and reads a list of the files of a run. The list is a file NAME.hdf.series (of states), NAME.ply.series,
-/// … in ParaView's JSON format.
+/// \file Writes and reads a list of the files of a run. The list is a file NAME.hdf.series (of states),
+/// NAME.ply.series, … in ParaView's JSON format.
 #pragma once
 
 #include <firn/core/error.hpp>
