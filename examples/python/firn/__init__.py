@@ -1,0 +1,209 @@
+"""The material point method: simulations that are chosen while the program runs, with NumPy arrays.
+
+    simulation = firn.Simulation({"domain": {"upper": [1, 1, 1], "cell_size": 0.02}, "materials": [{"name": "snow"}]})
+    simulation.add("snow", firn.sample_sphere([0.5, 0.5, 0.5], 0.2, spacing=0.01), density=400)
+    simulation.run(0.5, progress=True)
+    positions = simulation.read("snow", "position")
+
+Arrays have a row for each particle, in the order of ids. All quantities are in SI units.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time as _clock
+from typing import Any, Callable, Mapping, Optional, Union
+
+import numpy as np
+
+from ._firn import (
+    ConvergenceError,
+    DeviceError,
+    Error,
+    IoError,
+    MemoryError,
+    MeshError,
+    OverflowError,
+    ParameterError,
+    ParticleError,
+    Samples,
+    SimulationCore,
+    State,
+    UsageError,
+    __version__,
+    fitted,
+    read_obj,
+    read_state,
+    rotated,
+    sample_box,
+    sample_mesh,
+    sample_sphere,
+    write_state,
+)
+
+__all__ = [
+    "ConvergenceError",
+    "DeviceError",
+    "Error",
+    "IoError",
+    "MemoryError",
+    "MeshError",
+    "OverflowError",
+    "ParameterError",
+    "ParticleError",
+    "Samples",
+    "Simulation",
+    "State",
+    "UsageError",
+    "__version__",
+    "fitted",
+    "read_obj",
+    "read_state",
+    "rotated",
+    "sample_box",
+    "sample_mesh",
+    "sample_sphere",
+    "write_state",
+]
+
+Choice = Union[str, Mapping[str, Any]]
+SetName = Union[int, str]
+
+
+def _text(value: Choice) -> str:
+    if isinstance(value, str):
+        return value
+    return json.dumps(value, indent=1, ensure_ascii=False, default=lambda one: one.tolist())
+
+
+class _Line:
+    """A progress bar where tqdm is not installed: a line that is written anew about twice a second."""
+
+    def __init__(self, total: float) -> None:
+        self.total, self.done, self.next = total, 0.0, 0.0
+
+    def update(self, more: float) -> None:
+        self.done += more
+        if _clock.monotonic() >= self.next or self.done >= self.total:
+            self.next = _clock.monotonic() + 0.5
+            print(f"\r{self.done:.6g} of {self.total:.6g} s", end="", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        print(file=sys.stderr)
+
+
+def _bar(total: float) -> Any:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return _Line(total)
+    form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]"
+    return tqdm(total=total, bar_format=form)
+
+
+class Simulation(SimulationCore):
+    """A simulation of what `choice` says: a dict, or its JSON text.
+
+    Members of the choice: domain {lower, upper, cell_size, periodic}; materials [{name, properties, parameters}];
+    boundary [{shape, ...}]; precision ("float", "double"); transfer ("apic", "aflip"); gravity; fixed_time_step;
+    threads. `domain.upper` has 2 or 3 numbers: the dimension. A mistake raises IoError or ParameterError, which say
+    where it is: its line is that of the text, for a dict that of json.dumps(choice, indent=1).
+
+    Sets of particles are named by their material, or by their number among the materials.
+    Several threads may use a simulation: each call waits for the one before. Steps run without the interpreter's lock.
+    """
+
+    def __init__(self, choice: Choice) -> None:
+        super().__init__(_text(choice))
+
+    def copy(self) -> Simulation:
+        """Returns a copy of the simulation, with its particles."""
+        other = Simulation.__new__(Simulation)
+        SimulationCore.__init__(other, self)
+        return other
+
+    @property
+    def choice(self) -> dict[str, Any]:
+        """What was chosen, with gravity and the boundary as they are now."""
+        return json.loads(self._choice())
+
+    def run(
+        self,
+        duration: float,
+        callback: Optional[Callable[["Simulation"], Any]] = None,
+        *,
+        every: Optional[float] = None,
+        progress: bool = False,
+    ) -> None:
+        """Takes steps until `duration` [s] has passed; Ctrl-C ends it between two steps.
+
+        callback: called after each step or, with `every`, each time that so many seconds have passed and at the end; if
+            it returns False, the run ends. With `every`, the last step before each call is shortened, as by advance().
+        progress: whether to show a progress bar, by tqdm if it is installed.
+        """
+        if every is not None and not every > 0:
+            raise ParameterError(f"The time between two calls is {every} s; it must be positive.")
+        start = self.time
+        end = start + duration
+        if not duration >= 0 or end == float("inf"):
+            raise ParameterError(f"The duration is {duration} s; it must be finite and not negative.")
+        bar = _bar(duration) if progress else None
+        calls = 0
+        try:
+            arrived = not duration > 0
+            while not arrived:
+                before = self.time
+                calls += 1
+                stop = end if every is None else min(end, start + calls * every)
+                reached = self._step_towards(stop)
+                while every is not None and not reached:
+                    reached = self._step_towards(stop)
+                if bar is not None:
+                    bar.update(self.time - before)
+                arrived = reached and stop == end
+                if callback is not None and callback(self) is False:
+                    return
+        finally:
+            if bar is not None:
+                bar.close()
+
+    def read(
+        self, set: SetName, field: str, dtype: Any = None, *, out: Optional[np.ndarray] = None
+    ) -> np.ndarray:
+        """Copies a field of a set, "position" or one of fields(), in the order of ids.
+
+        dtype: float32 or float64; by default that of the run's precision.
+        out: an array in the order of C to copy to; it saves the time in which the system finds memory.
+        Returns an array of n rows: n numbers, n vectors, or n matrices.
+        """
+        if out is not None:
+            self._read_to(set, field, out)
+            return out
+        return self._read(set, field, None if dtype is None else np.dtype(dtype).name)
+
+    def write(self, set: SetName, field: str, values: Any) -> None:
+        """Sets a field of a set, in the order of ids. Nothing is changed if a number is not finite."""
+        values = np.ascontiguousarray(values)
+        self._write(set, field, values if values.dtype == np.float32 else values.astype(np.float64, copy=False))
+
+    def boundary_part(self, part: int) -> dict[str, Any]:
+        """Returns a part of the boundary, by its index in the choice, where it is now."""
+        return json.loads(self._boundary_part(part))
+
+    def set_boundary_part(self, part: int, **changes: Any) -> None:
+        """Changes numbers of a part of the boundary: position, rotation, linear_velocity, friction, ..."""
+        self._set_boundary_part(part, _text({**self.boundary_part(part), **changes}))
+
+    def write_state(
+        self, path: Union[str, "os.PathLike[str]"], set: SetName = 0, *, compression: int = 0
+    ) -> None:
+        """Writes the state of a set to an HDF5 file."""
+        write_state(os.fspath(path), self.state(set), compression=compression)
+
+    def restore(
+        self, set: SetName, state: Union[State, str, "os.PathLike[str]"], *, how: str = "same_bits"
+    ) -> None:
+        """Restores a set from a state or from its file. how: "same_bits", "other_build" or "converted"."""
+        super().restore(set, state if isinstance(state, State) else read_state(os.fspath(state)), how=how)

@@ -1,0 +1,293 @@
+"""Tests of the Python module; test.sh installs the module and runs them. FIRN_SCENE names the program 27_scene, the
+simulation in C++ whose bits are compared."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import threading
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import firn
+
+EXAMPLES = pathlib.Path(__file__).resolve().parent.parent
+
+
+def jelly(**more):
+    choice = {
+        "domain": {"lower": [0, 0, 0], "upper": [1, 1, 1], "cell_size": 0.05},
+        "materials": [{"name": "fixed_corotated", "properties": {"young": 5e4, "poisson": 0.3}}],
+    }
+    choice.update(more)
+    return choice
+
+
+def ball(choice=None, velocity=None):
+    simulation = firn.Simulation(choice or jelly())
+    simulation.add(0, firn.sample_sphere([0.5, 0.4, 0.5], 0.15, spacing=0.025), 1000, velocity)
+    return simulation
+
+
+def bunnies():
+    """The scene of examples/data/scenes/two_bunnies.json."""
+    simulation = firn.Simulation(
+        {
+            "domain": {"lower": [0, 0, 0], "upper": [1, 1, 1], "cell_size": 0.01},
+            "materials": [{"name": "fixed_corotated", "properties": {"young": 5e4, "poisson": 0.3}}],
+            "boundary": [{"shape": "walls", "contact": "separate", "friction": 0.3}],
+        }
+    )
+    bunny = firn.read_obj(str(EXAMPLES / "data/bunny.obj"))
+    filling = {"spacing": 0.005, "pattern": "jittered"}
+    lower = firn.fitted(*bunny, centre=[0.47, 0.16, 0.5], size=0.3)
+    upper = firn.fitted(*firn.rotated(*bunny, axis=[0, 1, 0], degrees=126), centre=[0.56, 0.62, 0.53], size=0.3)
+    simulation.add(0, firn.sample_mesh(*lower, **filling), 1000)
+    simulation.add(0, firn.sample_mesh(*upper, **filling), 1000, [0, -1, 0])
+    return simulation
+
+
+def test_bits_of_the_example(tmp_path):
+    scene = os.environ.get("FIRN_SCENE")
+    if not scene:
+        pytest.skip("FIRN_SCENE does not name the program 27_scene")
+    steps = 20
+    subprocess.run(
+        [scene, "--steps", str(steps), "--frames", "1", "--output", str(tmp_path)], check=True, capture_output=True
+    )
+    files = sorted(tmp_path.glob("*.hdf"))
+    theirs = firn.read_state(str(files[-1]))
+    assert theirs.step == steps
+    simulation = bunnies()
+    for _ in range(steps):
+        simulation.step()
+    mine = simulation.state(0)
+    assert theirs.time == mine.time
+    assert set(theirs) == set(mine)
+    for name in mine:
+        assert theirs[name].tobytes() == mine[name].tobytes(), name
+    assert theirs.digest() == mine.digest()
+
+
+def test_read_and_write():
+    simulation = ball(velocity=[1, 0, 0])
+    n = simulation.particles(0)
+    positions = simulation.read("fixed_corotated", "position")
+    assert positions.shape == (n, 3) and positions.dtype == np.float32
+    assert simulation.read(0, "mass").shape == (n,)
+    gradients = simulation.read(0, "deformation_gradient")
+    assert np.array_equal(gradients, np.broadcast_to(np.eye(3, dtype=np.float32), (n, 3, 3)))
+    assert np.array_equal(simulation.ids(0), np.arange(n))
+    velocities = np.random.default_rng(1).normal(size=(n, 3)).astype(np.float32)
+    simulation.write(0, "velocity", velocities)
+    assert np.array_equal(simulation.read(0, "velocity"), velocities)
+    simulation.write(0, "velocity", (2 * velocities).tolist())
+    assert np.array_equal(simulation.read(0, "velocity", np.float64), 2 * velocities.astype(np.float64))
+    out = np.empty((n, 3), np.float32)
+    assert simulation.read(0, "velocity", out=out) is out
+    assert np.array_equal(out, 2 * velocities)
+    momentum = (simulation.read(0, "mass", float)[:, None] * simulation.read(0, "velocity", float)).sum(axis=0)
+    assert np.allclose(simulation.totals(0)["momentum"], momentum, rtol=1e-12)
+    with pytest.raises(TypeError):
+        simulation.read(0, "velocity", out=np.empty((n, 6), np.float32)[:, ::2])
+    with pytest.raises(firn.ParameterError):
+        simulation.write(0, "velocity", velocities[1:])
+
+
+def test_samples_are_views():
+    samples = firn.sample_box([0.4, 0.4], [0.6, 0.6], spacing=0.02)
+    assert len(samples) == 100 and samples.volume == pytest.approx(4e-4)
+    samples.positions[:, 0] += 0.1
+    assert samples.positions[:, 0].min() == pytest.approx(0.51)
+    positions = samples.positions
+    del samples
+    assert positions.shape == (100, 2) and positions[:, 1].max() == pytest.approx(0.59)
+    own = firn.Samples(positions, 4e-4)
+    simulation = firn.Simulation({"domain": {"upper": [1, 1], "cell_size": 0.04}, "precision": "double"})
+    assert simulation.add(0, own, 1000) == range(0, 100)
+    assert simulation.add(0, own, 1000) == range(100, 200)
+    assert np.allclose(simulation.read(0, "position")[:100], positions, rtol=0, atol=1e-15)
+    assert simulation.read(0, "position").dtype == np.float64
+    assert simulation.remove(0, np.arange(200) >= 100) == 100
+    simulation.step()
+    with pytest.raises(firn.ParameterError, match="3 dimensions, the samples have 2"):
+        ball().add(0, own, 1000)
+
+
+def test_run_is_advance():
+    one, other = ball(), ball()
+    one.advance(0.02)
+    calls = []
+    other.run(0.02, lambda now: calls.append((now.steps, now.time)), progress=True)
+    assert one.steps == other.steps and one.time == other.time
+    assert calls[-1] == (one.steps, one.time) and [steps for steps, _ in calls] == list(range(1, one.steps + 1))
+    assert one.read(0, "position").tobytes() == other.read(0, "position").tobytes()
+    times = []
+    other.run(0.03, lambda now: times.append(now.time), every=0.01)
+    assert np.allclose(times, [0.03, 0.04, 0.05], rtol=0, atol=1e-15)
+    steps = other.steps
+    other.run(1, lambda now: False)
+    assert other.steps == steps + 1
+    with pytest.raises(ZeroDivisionError):
+        other.run(1, lambda now: 1 / 0)
+    with pytest.raises(firn.ParameterError):
+        other.run(-1)
+
+
+def test_interrupt():
+    simulation = ball()
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        simulation.run(1e6)
+    simulation.step()
+
+
+def test_states(tmp_path):
+    simulation = ball(velocity=[0, -1, 0])
+    simulation.advance(0.01)
+    file = tmp_path / "ball.hdf"
+    simulation.write_state(file)
+    simulation.advance(0.01)
+    other = firn.Simulation(jelly())
+    other.restore(0, file)
+    assert other.time == 0.01
+    other.advance(0.01)
+    mine, theirs = simulation.state(0), other.state(0)
+    assert mine.digest() == theirs.digest()
+    arrays = dict(mine)
+    assert arrays["deformation_gradient"].shape == (mine.particles, 3, 3)
+    assert mine.attributes["material"] == "fixed_corotated" and mine.units["velocity"] == "m/s"
+    assert mine.parameters["material"]["mu"] == simulation.material(0)["mu"]
+    arrays["velocity"][:] = 0
+    assert mine.digest() != theirs.digest()
+    del mine
+    assert not arrays["velocity"].any()
+    copy = simulation.copy()
+    copy.step(), simulation.step()
+    assert copy.state(0).digest() == simulation.state(0).digest()
+    double = ball(jelly(precision="double"))
+    double.write_state(tmp_path / "double.hdf")
+    assert firn.read_state(str(tmp_path / "double.hdf"))["velocity"].dtype == np.float64
+    with pytest.raises(firn.IoError, match="none.hdf"):
+        firn.read_state(str(tmp_path / "none.hdf"))
+
+
+def test_mistakes_have_sentences():
+    with pytest.raises(firn.ParameterError, match="no material 'jam'; it has: fixed_corotated, "):
+        firn.Simulation(jelly(materials=[{"name": "jam"}]))
+    with pytest.raises(firn.IoError, match="^line 18, cell: there is no such member"):
+        firn.Simulation({"materials": [{"name": "sand"}], "domain": {"lower": [0, 0], "upper": [1, 1], "cell": 1}})
+    with pytest.raises(ValueError, match="poisson"):
+        firn.Simulation(jelly(materials=[{"name": "fixed_corotated", "properties": {"young": 1, "poisson": 0.7}}]))
+    simulation = ball()
+    with pytest.raises(firn.Error, match="have no field 'colour'; they have: position, "):
+        simulation.read(0, "colour")
+    with pytest.raises(firn.MeshError):
+        firn.sample_mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32), spacing=0.1)
+    with pytest.raises(firn.UsageError):
+        ball(jelly(boundary=[{"shape": "walls"}])).reaction(0)
+    velocities = simulation.read(0, "velocity")
+    velocities[5] = np.nan
+    with pytest.raises(firn.ParameterError, match="must be finite"):
+        simulation.write(0, "velocity", velocities)
+    velocities[5] = 1e9
+    simulation.write(0, "velocity", velocities)
+    simulation.set_fixed_time_step(1e-3)
+    with pytest.raises(firn.ParticleError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        simulation.step()
+
+
+def test_warnings():
+    simulation = ball(jelly(fixed_time_step=0.01))
+    with pytest.warns(RuntimeWarning, match="bound"):
+        simulation.step()
+
+
+def test_boundary():
+    choice = jelly(boundary=[{"shape": "walls"}, {"shape": "sphere", "radius": 0.1, "position": [0.5, 0.14, 0.5]}])
+    simulation = ball(choice, velocity=[0, -2, 0])
+    simulation.measure_reactions()
+    simulation.set_boundary_part(1, linear_velocity=[0, 1, 0])
+    before = simulation.totals(0)["momentum"]
+    simulation.step()
+    pushed = simulation.reaction(1)["impulse"]
+    assert pushed[1] > 0
+    gravity = simulation.totals(0)["mass"] * np.array([0, -9.81, 0]) * simulation.last_time_step
+    assert np.allclose(simulation.totals(0)["momentum"] - before, pushed + gravity, atol=1e-4 * abs(pushed[1]))
+    assert simulation.boundary_part(1)["position"][1] == pytest.approx(0.14 + simulation.last_time_step, rel=1e-6)
+    assert simulation.choice["boundary"][1]["radius"] == pytest.approx(0.1)
+    simulation.gravity = [0, 0, 0]
+    assert simulation.choice["gravity"] == [0, 0, 0]
+    with pytest.raises(firn.IoError, match="mass"):
+        simulation.set_boundary_part(1, mass=1)
+    simulation.edit_material(0, {"mu": 1e4})
+    assert simulation.material(0)["mu"] == 1e4
+
+
+def test_sources_and_sinks():
+    simulation = firn.Simulation({"domain": {"upper": [1, 1], "cell_size": 0.05}, "materials": [{"name": "fluid"}]})
+    layer = firn.sample_box([0.4, 0.8], [0.6, 0.825], spacing=0.025)
+    simulation.add_source("fluid", layer, 1000, [0, -1])
+    simulation.add_sink("fluid", [0, 0], [1, 0.2])
+    simulation.advance(0.24)
+    assert simulation.particles("fluid") == 8 * 10
+    simulation.advance(1)
+    assert simulation.read("fluid", "position")[:, 1].min() > 0.2
+
+
+def test_threads():
+    """Eight threads run simulations of their own, and four share one; other threads go on in the meantime."""
+    expected = ball(jelly(threads=1))
+    for _ in range(40):
+        expected.step()
+    digest = expected.state(0).digest()
+    several = [ball(jelly(threads=1)) for _ in range(8)]
+    shared = ball(jelly(threads=1))
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.wait(0.001):
+            ticks.append(time.monotonic())
+
+    def steps(simulation, count):
+        for _ in range(count):
+            simulation.step()
+            simulation.read(0, "position")
+
+    clock = threading.Thread(target=tick)
+    clock.start()
+    workers = [threading.Thread(target=steps, args=(one, 40)) for one in several]
+    workers += [threading.Thread(target=steps, args=(shared, 10)) for _ in range(4)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    done.set()
+    clock.join()
+    assert len(ticks) > 5
+    assert [one.state(0).digest() for one in several] == [digest] * 8
+    assert shared.steps == 40 and shared.state(0).digest() == digest
+
+
+def test_step_does_without_the_lock():
+    simulation = bunnies()
+    simulation.step()
+    stepping, at = True, []
+
+    def tick():
+        while stepping:
+            at.append(time.monotonic())
+            time.sleep(0.002)
+
+    clock = threading.Thread(target=tick)
+    clock.start()
+    begin = time.monotonic()
+    simulation.advance(20 * simulation.last_time_step)
+    end = time.monotonic()
+    stepping = False
+    clock.join()
+    assert sum(begin < one < end for one in at) > 5
