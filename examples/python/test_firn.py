@@ -178,9 +178,9 @@ def test_states(tmp_path):
 def test_mistakes_have_sentences():
     with pytest.raises(firn.ParameterError, match="no material 'jam'; it has: fixed_corotated, "):
         firn.Simulation(jelly(materials=[{"name": "jam"}]))
-    with pytest.raises(firn.IoError, match="^line 18, cell: there is no such member"):
+    with pytest.raises(firn.IoError, match="^line 16, cell: there is no such member"):
         firn.Simulation({"materials": [{"name": "sand"}], "domain": {"lower": [0, 0], "upper": [1, 1], "cell": 1}})
-    with pytest.raises(ValueError, match="poisson"):
+    with pytest.raises(ValueError, match="Poisson's ratio is 0.7"):
         firn.Simulation(jelly(materials=[{"name": "fixed_corotated", "properties": {"young": 1, "poisson": 0.7}}]))
     simulation = ball()
     with pytest.raises(firn.Error, match="have no field 'colour'; they have: position, "):
@@ -237,6 +237,19 @@ def test_sources_and_sinks():
     assert simulation.particles("fluid") == 8 * 10
     simulation.advance(1)
     assert simulation.read("fluid", "position")[:, 1].min() > 0.2
+
+
+def test_own_material():
+    """The module that is installed with own.hpp has the material of examples/own_material.hpp, too."""
+    try:
+        simulation = ball(jelly(materials=[{"name": "soft_tissue", "parameters": {"mu": 2e4, "lambda": 3e4}}]))
+    except firn.ParameterError as problem:
+        assert "no material 'soft_tissue'" in str(problem)
+        pytest.skip("The module was installed without own.hpp")
+    assert simulation.material("soft_tissue") == {"mu": 2e4, "lambda": 3e4, "stiffening": 0.5}
+    simulation.advance(0.05)
+    totals = simulation.totals()
+    assert totals["elastic_energy"] > 0 and totals["kinetic_energy"] > 0
 
 
 def test_threads():

@@ -14,10 +14,11 @@ import json
 import os
 import sys
 import time as _clock
-from typing import Any, Callable, Mapping, Optional, Union
+from typing import Any, Callable, Mapping, Optional, Union, cast
 
 import numpy as np
 
+from . import _firn
 from ._firn import (
     ConvergenceError,
     DeviceError,
@@ -32,7 +33,6 @@ from ._firn import (
     SimulationCore,
     State,
     UsageError,
-    __version__,
     fitted,
     read_obj,
     read_state,
@@ -68,6 +68,8 @@ __all__ = [
     "write_state",
 ]
 
+__version__: str = getattr(_firn, "__version__")
+
 Choice = Union[str, Mapping[str, Any]]
 SetName = Union[int, str]
 
@@ -96,7 +98,7 @@ class _Line:
 
 def _bar(total: float) -> Any:
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped]
     except ImportError:
         return _Line(total)
     form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]"
@@ -181,7 +183,7 @@ class Simulation(SimulationCore):
         if out is not None:
             self._read_to(set, field, out)
             return out
-        return self._read(set, field, None if dtype is None else np.dtype(dtype).name)
+        return cast(np.ndarray, self._read(set, field, None if dtype is None else np.dtype(dtype).name))
 
     def write(self, set: SetName, field: str, values: Any) -> None:
         """Sets a field of a set, in the order of ids. Nothing is changed if a number is not finite."""
