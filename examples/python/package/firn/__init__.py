@@ -70,6 +70,11 @@ __all__ = [
 
 __version__: str = getattr(_firn, "__version__")
 
+# In the words that a user imports them by: "firn.IoError: There is no ...".
+for _class in [globals().get(name) for name in __all__]:
+    if isinstance(_class, type):
+        _class.__module__ = __name__
+
 Choice = Union[str, Mapping[str, Any]]
 SetName = Union[int, str]
 
