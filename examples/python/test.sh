@@ -26,5 +26,5 @@ scene=$root/build/examples/27_scene
 if [[ -z ${FIRN_SCENE-} && -x $scene ]]; then export FIRN_SCENE=$scene; fi
 # From the folder, so that `import firn` is what was installed.
 cd "$folder"
-"$folder/venv/bin/python" -m pytest -q -p no:cacheprovider "$here/test_firn.py"
+PYTHONDONTWRITEBYTECODE=1 "$folder/venv/bin/python" -m pytest -q -p no:cacheprovider "$here/test_firn.py"
 exec "$folder/venv/bin/python" -m mypy --cache-dir="$folder/mypy" -p firn

@@ -253,35 +253,25 @@ def test_own_material():
 
 
 def test_threads():
-    """Eight threads run simulations of their own, and four share one; other threads go on in the meantime."""
+    """Eight threads run simulations of their own, and four share one."""
     expected = ball(jelly(threads=1))
     for _ in range(40):
         expected.step()
     digest = expected.state(0).digest()
     several = [ball(jelly(threads=1)) for _ in range(8)]
     shared = ball(jelly(threads=1))
-    ticks, done = [], threading.Event()
-
-    def tick():
-        while not done.wait(0.001):
-            ticks.append(time.monotonic())
 
     def steps(simulation, count):
         for _ in range(count):
             simulation.step()
             simulation.read(0, "position")
 
-    clock = threading.Thread(target=tick)
-    clock.start()
     workers = [threading.Thread(target=steps, args=(one, 40)) for one in several]
     workers += [threading.Thread(target=steps, args=(shared, 10)) for _ in range(4)]
     for worker in workers:
         worker.start()
     for worker in workers:
         worker.join()
-    done.set()
-    clock.join()
-    assert len(ticks) > 5
     assert [one.state(0).digest() for one in several] == [digest] * 8
     assert shared.steps == 40 and shared.state(0).digest() == digest
 
@@ -299,8 +289,8 @@ def test_step_does_without_the_lock():
     clock = threading.Thread(target=tick)
     clock.start()
     begin = time.monotonic()
-    simulation.advance(20 * simulation.last_time_step)
+    simulation.advance(100 * simulation.last_time_step)
     end = time.monotonic()
     stepping = False
     clock.join()
-    assert sum(begin < one < end for one in at) > 5
+    assert sum(begin < one < end for one in at) > 10
