@@ -171,6 +171,12 @@ def test_states(tmp_path):
     double = ball(jelly(precision="double"))
     double.write_state(tmp_path / "double.hdf")
     assert firn.read_state(str(tmp_path / "double.hdf"))["velocity"].dtype == np.float64
+    damaged = bytearray((tmp_path / "double.hdf").read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    (tmp_path / "double.hdf").write_bytes(damaged)
+    with pytest.raises(firn.IoError) as problem:
+        firn.read_state(str(tmp_path / "double.hdf"))
+    assert "read_state<" not in str(problem.value)
     with pytest.raises(firn.IoError, match="none.hdf"):
         firn.read_state(str(tmp_path / "none.hdf"))
 
@@ -205,6 +211,10 @@ def test_warnings():
     simulation = ball(jelly(fixed_time_step=0.01))
     with pytest.warns(RuntimeWarning, match="bound"):
         simulation.step()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(RuntimeWarning, match="bound"):
+            ball(jelly(fixed_time_step=0.01)).step()
 
 
 def test_boundary():

@@ -8,7 +8,9 @@
 #include "samples.hpp"
 #include "states.hpp"
 
+#include <exception>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <utility>
 #include <variant>
@@ -32,8 +34,7 @@ public:
             OwnSimulation& self;
             int exceptions = std::uncaught_exceptions();
             std::vector<std::string> warnings{};
-            // NOLINTNEXTLINE(bugprone-exception-escape): a warning may be an exception in Python
-            ~Told() noexcept(false) {
+            ~Told() noexcept(false) {  // a warning may be an exception in Python
                 if (std::uncaught_exceptions() > exceptions) return;
                 for (const std::string& warning : warnings)
                     if (PyErr_WarnEx(PyExc_RuntimeWarning, warning.c_str(), 1) != 0) throw nb::python_error();
@@ -43,7 +44,9 @@ public:
         const std::lock_guard<std::mutex> alone(mutex_);
         struct Take {
             Told& told;
-            ~Take() { told.warnings.swap(told.self.warnings_); }
+            ~Take() {  // after an error, they wait for the next call
+                if (std::uncaught_exceptions() <= told.exceptions) told.warnings.swap(told.self.warnings_);
+            }
         } take{told};
         return std::visit(f, simulation_);
     }

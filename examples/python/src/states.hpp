@@ -7,7 +7,7 @@
 
 #include "arrays.hpp"
 
-#include <optional>
+#include <string_view>
 #include <utility>
 
 namespace python {
@@ -68,13 +68,10 @@ struct OwnState {
 inline OwnState read_state(const std::string& path) {
     try {
         return {firn::read_state<float>(path)};
-    } catch (const firn::io_error& not_float) {
-        try {
-            return {firn::read_state<double>(path)};
-        } catch (const firn::io_error&) {
-            throw not_float;
-        }
+    } catch (const firn::io_error& problem) {
+        if (std::string_view(problem.what()).find("read_state<double>") == std::string_view::npos) throw;
     }
+    return {firn::read_state<double>(path)};
 }
 inline void write_state(const std::string& path, OwnState& state, int compression,
                         const std::vector<std::string>& fields) {
