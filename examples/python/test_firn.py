@@ -41,7 +41,7 @@ def bunnies():
             "boundary": [{"shape": "walls", "contact": "separate", "friction": 0.3}],
         }
     )
-    bunny = firn.read_obj(str(EXAMPLES / "data/bunny.obj"))
+    bunny = firn.read_obj(EXAMPLES / "data/bunny.obj")
     filling = {"spacing": 0.005, "pattern": "jittered"}
     lower = firn.fitted(*bunny, centre=[0.47, 0.16, 0.5], size=0.3)
     upper = firn.fitted(*firn.rotated(*bunny, axis=[0, 1, 0], degrees=126), centre=[0.56, 0.62, 0.53], size=0.3)
@@ -170,12 +170,12 @@ def test_states(tmp_path):
     assert copy.state(0).digest() == simulation.state(0).digest()
     double = ball(jelly(precision="double"))
     double.write_state(tmp_path / "double.hdf")
-    assert firn.read_state(str(tmp_path / "double.hdf"))["velocity"].dtype == np.float64
+    assert firn.read_state(tmp_path / "double.hdf")["velocity"].dtype == np.float64
     damaged = bytearray((tmp_path / "double.hdf").read_bytes())
     damaged[len(damaged) // 2] ^= 1
     (tmp_path / "double.hdf").write_bytes(damaged)
     with pytest.raises(firn.IoError) as problem:
-        firn.read_state(str(tmp_path / "double.hdf"))
+        firn.read_state(tmp_path / "double.hdf")
     assert "read_state<" not in str(problem.value)
     with pytest.raises(firn.IoError, match="none.hdf"):
         firn.read_state(str(tmp_path / "none.hdf"))

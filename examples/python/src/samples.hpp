@@ -157,8 +157,8 @@ inline void bind_samples(nb::module_& module) {
                 "degrees: float) -> tuple[numpy.ndarray, numpy.ndarray]"),
         "Returns a mesh turned about an axis through the origin, by the right-hand rule.");
     module.def(
-        "read_obj", [](const std::string& path) { return arrays_of(firn::read_obj(path)); }, "path"_a,
-        nb::sig("def read_obj(path: str) -> tuple[numpy.ndarray, numpy.ndarray]"),
+        "read_obj", [](const std::filesystem::path& path) { return arrays_of(firn::read_obj(path)); }, "path"_a,
+        nb::sig("def read_obj(path: str | os.PathLike) -> tuple[numpy.ndarray, numpy.ndarray]"),
         "Reads an OBJ file: the vertices [m] and the triangles, as indices from 0.");
 }
 

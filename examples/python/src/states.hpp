@@ -65,7 +65,7 @@ struct OwnState {
 };
 
 /// Reads a state in the precision that it has in the file.
-inline OwnState read_state(const std::string& path) {
+inline OwnState read_state(const std::filesystem::path& path) {
     try {
         return {firn::read_state<float>(path)};
     } catch (const firn::io_error& problem) {
@@ -73,7 +73,7 @@ inline OwnState read_state(const std::string& path) {
     }
     return {firn::read_state<double>(path)};
 }
-inline void write_state(const std::string& path, OwnState& state, int compression,
+inline void write_state(const std::filesystem::path& path, OwnState& state, int compression,
                         const std::vector<std::string>& fields) {
     state.with([&](const auto& of) {
         firn::write_state(path, of, firn::StateOptions{.compression = compression, .fields = fields});

@@ -207,10 +207,10 @@ class Simulation(SimulationCore):
         self, path: Union[str, "os.PathLike[str]"], set: SetName = 0, *, compression: int = 0
     ) -> None:
         """Writes the state of a set to an HDF5 file."""
-        write_state(os.fspath(path), self.state(set), compression=compression)
+        write_state(path, self.state(set), compression=compression)
 
     def restore(
         self, set: SetName, state: Union[State, str, "os.PathLike[str]"], *, how: str = "same_bits"
     ) -> None:
         """Restores a set from a state or from its file. how: "same_bits", "other_build" or "converted"."""
-        super().restore(set, state if isinstance(state, State) else read_state(os.fspath(state)), how=how)
+        super().restore(set, state if isinstance(state, State) else read_state(state), how=how)
