@@ -201,7 +201,14 @@ TEST_CASE("fields are read and written in the order of ids", "[any]") {
     double momentum = 0;
     for (std::size_t i = 0; i < velocities.size(); i += 2) momentum += velocities[i];
     CHECK(any.totals(0).momentum[0] == Approx(momentum * any.totals(0).mass / double(any.particles(0))).epsilon(1e-6));
-    any.step();  // takes the new velocities
+    std::vector<float> positions(2 * any.particles(0)), moved(positions.size());
+    any.read(0, "position", std::span(positions));
+    for (float& x : positions) x = 0.5F + 0.25F * x;
+    any.write(0, "position", std::span<const float>(positions));
+    any.read(0, "position", std::span(moved));
+    for (std::size_t i = 0; i < moved.size(); ++i) error = std::max(error, double(std::abs(moved[i] - positions[i])));
+    CHECK(error <= 1e-7);
+    any.step();  // takes the new velocities and places
     check_refused<parameter_error>([&] { any.read(0, "velocity", std::span(again).first(3)); },
                                    "memory for 3 is given");
     check_refused<parameter_error>([&] { any.read(0, "speed", std::span(again)); },
