@@ -8,6 +8,7 @@
 //! | ParaView | a StateSeries (HDF5) | `NAME.hdf.series` | points and triangles; all fields by their names; times |
 //! | Blender, Houdini, Omniverse | a firn::UsdSeries | `NAME.usda` | `points`, `velocities`, `widths`, `ids`, `primvars:FIELD` |
 //! | Blender, MeshLab, Python | a firn::PlySeries | `NAME_0000.ply`, … | `x y z`, `vx vy vz`, `id`, `FIELD` or `FIELD_x …` |
+//! | renderers | `write_ply(path, firn::surface_of(…))` | `NAME.ply` | a closed surface, `nx ny nz`, fields: [States](07_states.cpp) |
 //! | any program with meshes | a firn::ObjSeries | `NAME_0000.obj`, … | vertices and triangles only |
 //! | viewers of splats | a firn::SplatSeries | `NAME_0000.ply`, … | a Gaussian for each particle, deformed as the particle |
 //!
@@ -123,7 +124,8 @@ int main() {
     //! ## Houdini
     //!
     //! Bring `out/run.usda` into Solaris with a Sublayer or Reference LOP. Its samples come from one file for each time by
-    //! *value clips*, the way of Houdini's own Geometry Clip Sequence. All files must lie in one folder.
+    //! *value clips*, the way of Houdini's own Geometry Clip Sequence. All files must lie in one folder. This follows
+    //! SideFX's documentation; Houdini itself was not tried.
     //!
     //! ## Omniverse, Unreal
     //!
