@@ -214,25 +214,24 @@ public:
                     sentence("The field '", field, "' is given ", number, "; numbers must be finite."));
         const bool is_position = field == "position";
         const std::size_t line = is_position ? 0 : line_of(k, field);
-        run_->edit_particles(k);
-        with_run([&]<class S>(RunOf<S, D>& run) {
-            auto& store = const_cast<SetOf<S, D>&>(run.sets()[run_->index_of(k)]).store();
-            const std::vector<std::uint32_t> slots = slots_by_id(store, choice_.threads);
+        const auto write_to = [&]<class S>(ParticleStore<S, D>* store) {
+            const std::vector<std::uint32_t> slots = slots_by_id(*store, choice_.threads);
             // Positions are written by one thread, as particles may come to blocks that the store does not know yet.
             const int threads = is_position ? 1 : choice_.threads;
             detail::for_chunks(slots.size(), threads, [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i) {
                     const T* const mine = from.data() + i * count;
                     if (!is_position) {
-                        store.set(line, slots[i], mine);
+                        store->set(line, slots[i], mine);
                         continue;
                     }
                     Vec<double, D> x{};
                     for (int a = 0; a < D; ++a) x[a] = double(mine[a]);
-                    store.set_position(slots[i], x);
+                    store->set_position(slots[i], x);
                 }
             });
-        });
+        };
+        std::visit(write_to, run_->edit_particles(k));
     }
     /// @}
 

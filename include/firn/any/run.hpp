@@ -30,6 +30,10 @@ namespace detail {
                                    ". Others are compiled in with firn::Offer."));
 }
 
+/// The particles of a set, in the precision of the run.
+template <int D>
+using AnyStore = std::variant<ParticleStore<float, D>*, ParticleStore<double, D>*>;
+
 /// The functions of AnySimulation that need the types of the simulation. Sets are numbered in the order of the choice.
 template <int D>
 class AnyRun {
@@ -50,7 +54,7 @@ public:
                                   const std::function<bool(const Vec<double, D>&, std::uint32_t)>& wanted) = 0;
     virtual const std::vector<Body>& bodies(std::size_t k) const = 0;
     virtual Totals<D> totals(std::size_t k) const = 0;
-    virtual void edit_particles(std::size_t k) = 0;
+    virtual AnyStore<D> edit_particles(std::size_t k) = 0;  ///< \see SetAccess::edit_particles
     virtual void edit_material(std::size_t k, const std::vector<NamedNumber>& parameters) = 0;
     virtual std::vector<StateParameter> material(std::size_t k) const = 0;
     virtual BoundaryPart<D> part(BoundaryPart<D> given, const PlaceOfPart& place) const = 0;

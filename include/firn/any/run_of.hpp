@@ -74,11 +74,13 @@ public:
     const std::vector<Body>& bodies(std::size_t k) const override { return simulation_.sets()[sets_[k]].bodies; }
     Totals<D> totals(std::size_t k) const override {
         Totals<D> totals;
-        const_cast<AnyRunOf&>(*this).with_set(k, [&](auto set) { totals = set.totals(); });
+        with_set(k, [&](auto set) { totals = set.totals(); });
         return totals;
     }
-    void edit_particles(std::size_t k) override {
-        with_set(k, [&](auto set) { static_cast<void>(set.edit_particles()); });
+    AnyStore<D> edit_particles(std::size_t k) override {
+        ParticleStore<S, D>* store = nullptr;
+        with_set(k, [&](auto set) { store = &set.edit_particles(); });
+        return store;
     }
     void edit_material(std::size_t k, const std::vector<NamedNumber>& parameters) override {
         with_set(k, [&](auto set) {
@@ -87,7 +89,7 @@ public:
     }
     std::vector<StateParameter> material(std::size_t k) const override {
         std::vector<StateParameter> all;
-        const_cast<AnyRunOf&>(*this).with_set(k, [&](auto set) {
+        with_set(k, [&](auto set) {
             for_parameters(set.material(), [&](const std::string& name, const char* unit, const auto& value) {
                 all.push_back({"material", name, unit, as_doubles(value)});
             });
@@ -147,8 +149,17 @@ private:
     }
     template <class F>
     void with_set(std::size_t k, const F& f) {
+        with_set_of(simulation_, sets_[k], f);
+    }
+    template <class F>
+    void with_set(std::size_t k, const F& f) const {
+        with_set_of(simulation_, sets_[k], f);
+    }
+    /// Calls f(set) for the set of this index. \tparam Of  Simulation, or const Simulation
+    template <class Of, class F>
+    static void with_set_of(Of& simulation, std::size_t index, const F& f) {
         [&]<std::size_t... I>(std::index_sequence<I...>) {
-            ((I == sets_[k] ? void(f(simulation_.template set<I>())) : void()), ...);
+            ((I == index ? void(f(simulation.template set<I>())) : void()), ...);
         }(std::make_index_sequence<Simulation::material_count>{});
     }
 
