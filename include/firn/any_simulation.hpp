@@ -81,6 +81,9 @@ public:
         return now;
     }
 
+    const std::string& precision() const { return choice_.precision; }  ///< Returns "float" or "double".
+    const Domain<D>& domain() const { return choice_.domain; }          ///< Returns the domain.
+
     /// \name Time
     /// @{
     double time() const { return run_->stepper().time(); }                      ///< Returns the time [s].
@@ -289,10 +292,7 @@ private:
     }
     template <class F>
     void with_run(const F& f) const {
-        if (auto* run = run_->in_float())
-            f(*run);
-        else
-            f(*run_->in_double());
+        std::visit([&](auto* run) { f(*run); }, run_->run());
     }
     template <class F>
     void with_store(std::size_t k, const F& f) const {
@@ -303,11 +303,9 @@ private:
     }
     std::size_t line_of(std::size_t k, std::string_view field) const {
         const FieldTable& table = fields(k);
+        if (const std::size_t line = detail::field_index(table, field); line < table.size()) return line;
         std::vector<std::string> names{"position"};
-        for (std::size_t line = 0; line < table.size(); ++line) {
-            if (table[line].name == field) return line;
-            names.emplace_back(table[line].name);
-        }
+        for (const FieldInfo& info : table) names.emplace_back(info.name);
         throw parameter_error(sentence("The particles of ", choice_.materials[k].name, " have no field '", field,
                                        "'; they have: ", detail::listed_names(names), "."));
     }

@@ -40,9 +40,8 @@ class AnyRun {
 public:
     virtual ~AnyRun() = default;
     virtual std::unique_ptr<AnyRun> copy() const = 0;
-    virtual Stepper<D>& stepper() = 0;                      ///< Returns time, gravity and warnings.
-    virtual RunOf<float, D>* in_float() = 0;                ///< Returns the run; nullptr if it is in double.
-    virtual RunOf<double, D>* in_double() = 0;              ///< Returns the run; nullptr if it is in float.
+    virtual Stepper<D>& stepper() = 0;                                    ///< Returns time, gravity and warnings.
+    virtual std::variant<RunOf<float, D>*, RunOf<double, D>*> run() = 0;  ///< Returns the run, in its precision.
     virtual std::size_t index_of(std::size_t k) const = 0;  ///< Returns the index of set k among the run's sets.
     virtual void step() = 0;
     virtual void advance(double duration) = 0;

@@ -16,25 +16,6 @@
 
 namespace firn::inline FIRN_BUILD::detail {
 
-/// Returns a state with its fields in precision S.
-template <class S, class T>
-State<S> in_precision(const State<T>& state) {
-    State<S> other;
-    other.dimension = state.dimension;
-    other.step = state.step;
-    other.time = state.time;
-    other.last_time_step = state.last_time_step;
-    for (const StateField<T>& field : state.fields)
-        other.fields.push_back({field.name, field.unit, field.components, {field.values.begin(), field.values.end()}});
-    other.id = state.id;
-    other.body = state.body;
-    other.parameters = state.parameters;
-    other.attributes = state.attributes;
-    other.tables = state.tables;
-    other.facets = state.facets;
-    return other;
-}
-
 /// The functions of a simulation of these types.
 template <class Simulation>
 class AnyRunOf final : public AnyRun<Simulation::dimension> {
@@ -48,8 +29,7 @@ public:
 
     std::unique_ptr<AnyRun<D>> copy() const override { return std::make_unique<AnyRunOf>(*this); }
     Stepper<D>& stepper() override { return simulation_; }
-    RunOf<float, D>* in_float() override { return as_run<float>(); }
-    RunOf<double, D>* in_double() override { return as_run<double>(); }
+    std::variant<RunOf<float, D>*, RunOf<double, D>*> run() override { return static_cast<RunOf<S, D>*>(&simulation_); }
     std::size_t index_of(std::size_t k) const override { return sets_[k]; }
     void step() override { simulation_.step(); }
     void advance(double duration) override { simulation_.advance(duration); }
@@ -127,26 +107,10 @@ public:
         return state;
     }
     void restore(std::size_t k, const AnyState& state, Restart how) override {
-        std::visit(
-            [&]<class T>(const State<T>& given) {
-                with_set(k, [&](auto set) {
-                    if constexpr (std::same_as<T, S>)
-                        firn::restore(set, given, how);
-                    else
-                        firn::restore(set, in_precision<S>(given), how);
-                });
-            },
-            state);
+        with_set(k, [&](auto set) { std::visit([&](const auto& given) { firn::restore(set, given, how); }, state); });
     }
 
 private:
-    template <class T>
-    RunOf<T, D>* as_run() {
-        if constexpr (std::same_as<T, S>)
-            return &simulation_;
-        else
-            return nullptr;
-    }
     template <class F>
     void with_set(std::size_t k, const F& f) {
         with_set_of(simulation_, sets_[k], f);

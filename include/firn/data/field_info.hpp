@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -127,6 +128,15 @@ struct FieldInfo {
 
 /// A table of all fields of a particle, with one entry per field.
 using FieldTable = std::vector<FieldInfo>;
+
+namespace detail {
+/// Returns the index of a field in a table, or the number of its fields if it has none of this name.
+inline std::size_t field_index(const FieldTable& table, std::string_view name) {
+    std::size_t f = 0;
+    while (f < table.size() && table[f].name != name) ++f;
+    return f;
+}
+}  // namespace detail
 
 /// Returns an array for FieldInfo::start in which all start values equal `number`.
 constexpr std::array<double, 9> everywhere(double number) {

@@ -29,13 +29,6 @@ struct ArraysForSurface {
     std::vector<SurfaceField> fields;
 };
 
-/// Returns the index of a field in a store's table, or the number of fields.
-inline std::size_t field_index(const FieldTable& table, const std::string& name) {
-    std::size_t f = 0;
-    while (f < table.size() && table[f].name != name) ++f;
-    return f;
-}
-
 /// Copies what the surface of particles needs.
 /// \param body     if given, only its particles are copied
 /// \param elastic  whether F is the whole deformation

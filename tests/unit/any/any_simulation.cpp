@@ -237,6 +237,25 @@ TEST_CASE("a run chosen at run time goes on from its state to the bit, and from 
     exact.step();
 }
 
+TEST_CASE("a run in float takes from a state in double what float can hold", "[any]") {
+    auto exact = with_cubes(two_materials<2>("double", "apic"));
+    exact.advance(0.05);
+    const auto from = std::get<State<double>>(exact.state(1));
+    AnySimulation<2> rounded(two_materials<2>("float", "apic"), Few{});
+    rounded.restore(1, from, Restart::converted);
+    const auto to = std::get<State<float>>(rounded.state(1));
+    const auto &F = from.field("deformation_gradient").values,
+               &less_one = from.field("deformation_gradient_remainder").values;
+    const auto &of_float = to.field("deformation_gradient").values,
+               &remainder = to.field("deformation_gradient_remainder").values;
+    bool all = true;
+    for (std::size_t i = 0; i < to.size(); ++i)  // F - 1, rounded once
+        for (std::size_t a = 0; a < 2; ++a)
+            all = all && (of_float[4 * i + 3 * a] - 1) + remainder[2 * i + a] ==
+                             float((F[4 * i + 3 * a] - 1) + less_one[2 * i + a]);
+    CHECK(all);
+}
+
 TEST_CASE("materials, boundaries and bodies change while a chosen simulation runs", "[any]") {
     auto any = with_cubes(two_materials<2>("double", "apic"));
     CHECK(any.set("fixed_corotated") == 1);
