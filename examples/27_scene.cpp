@@ -16,13 +16,6 @@ using Offered = firn::Offer<firn::CommonMaterials, firn::OfferedTransfers<firn::
 using Simulation = firn::AnySimulation<3>;
 using Series = firn::BackgroundSeries<float>;
 
-example::Look look_of(const std::string& material) {
-    if (material == "fluid") return example::Look::water;
-    if (material == "snow") return example::Look::snow;
-    if (material == "sand" || material == "nacc") return example::Look::sand;
-    return example::Look::skin;
-}
-
 /// The particles as they are drawn. Each material has its colour or, if there is only one, each body.
 example::Cloud cloud_of(const Simulation& simulation, double spacing) {
     example::Cloud cloud;
@@ -41,7 +34,7 @@ example::Cloud cloud_of(const Simulation& simulation, double spacing) {
             const auto next = std::upper_bound(bodies.begin(), bodies.end(), ids[i],
                                                [](auto id, const firn::Body& body) { return id < body.first; });
             cloud.colour.push_back(std::uint8_t(simulation.sets() > 1 ? k : std::size_t(next - bodies.begin() - 1)));
-            cloud.look.push_back(look_of(name));
+            cloud.look.push_back(example::look_of(name, deforms));
             auto shape = example::Mat3::identity();
             for (int row = 0; deforms && row < 3; ++row)
                 for (int column = 0; column < 3; ++column)

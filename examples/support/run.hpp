@@ -27,15 +27,6 @@ std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation
     return points;
 }
 
-/// How a material's particles are drawn: what deforms and does not flow, with a skin.
-inline Look look_of(const std::string& name, bool has_deformation) {
-    const auto is = [&](const char* part) { return name.find(part) != std::string::npos; };
-    if (is("fluid")) return Look::water;
-    if (is("snow")) return Look::snow;
-    if (is("sand") || is("nacc")) return Look::sand;
-    return has_deformation ? Look::skin : Look::ball;
-}
-
 /// Calls f(number) for each material of the simulation. The number is a compile-time constant.
 template <class Simulation, class F>
 void for_materials(const F& f) {

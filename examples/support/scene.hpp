@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace example {
@@ -19,6 +20,15 @@ namespace example {
 /// How a particle is drawn: as a ball; or together with others of its colour, under a skin or as clear water; or as
 /// some grains.
 enum class Look : std::uint8_t { ball, skin, water, snow, sand };
+
+/// How a material's particles are drawn: what deforms and does not flow, with a skin.
+inline Look look_of(std::string_view material, bool has_deformation) {
+    const auto is = [&](const char* part) { return material.find(part) != std::string_view::npos; };
+    if (is("fluid")) return Look::water;
+    if (is("snow")) return Look::snow;
+    if (is("sand") || is("nacc")) return Look::sand;
+    return has_deformation ? Look::skin : Look::ball;
+}
 
 /// The particles and surfaces to draw. Particles with a position that is not finite are skipped.
 struct Cloud {

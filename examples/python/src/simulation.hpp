@@ -96,7 +96,7 @@ public:
         });
     }
     std::string precision() {
-        return with([](auto& simulation) { return simulation.choice().precision; });
+        return with([](auto& simulation) { return simulation.precision(); });
     }
     std::size_t remove(const SetName& set, const Array<const bool>& which) {
         return with_set(set, [&]<int D>(firn::AnySimulation<D>& simulation, std::size_t k) {
@@ -175,23 +175,14 @@ public:
     std::string boundary_part(std::size_t part) {
         return with([&](auto& simulation) {
             firn::Json json;
-            json.object([&] {
-                std::visit(
-                    [&]<class Part>(const Part& one) {
-                        if constexpr (requires { firn::detail::write(json, one); })
-                            firn::detail::write(json, one);
-                        else
-                            throw firn::parameter_error("A grid of distances is no text.");
-                    },
-                    simulation.boundary_part(part));
-            });
+            firn::detail::write(json, simulation.boundary_part(part));
             return json.text();
         });
     }
     void set_boundary_part(std::size_t part, const std::string& text) {
         with([&]<int D>(firn::AnySimulation<D>& simulation) {
             const auto json = firn::JsonValue::parse(text);
-            simulation.set_boundary_part(part, firn::detail::read_boundary_part<D>(json, simulation.choice().domain));
+            simulation.set_boundary_part(part, firn::detail::read_boundary_part<D>(json, simulation.domain()));
         });
     }
 

@@ -174,6 +174,20 @@ void write(Json& json, const Collider<Shape>& collider) {
     });
 }
 
+/// \throws parameter_error  if the part is a grid of distances, which is no text
+template <int D>
+void write(Json& json, const BoundaryPart<D>& part) {
+    json.object([&] {
+        std::visit(
+            [&]<class Part>(const Part& one) {
+                if constexpr (std::same_as<Part, Collider<DistanceGrid<double, D>>>)
+                    throw parameter_error("A grid of distances is no text; keep the mesh it was made from.");
+                else
+                    write(json, one);
+            },
+            part);
+    });
+}
 template <int D>
 BoundaryPart<D> read_boundary_part(const JsonValue& json, const Domain<D>& domain) {
     const JsonValue& shape = json.at("shape");
@@ -293,17 +307,7 @@ std::string choice_text(const SimulationChoice<D>& choice) {
         });
         if (choice.boundary)
             json.key("boundary").array(*choice.boundary, [&](const BoundaryPart<D>& part) {
-                json.object([&] {
-                    std::visit(
-                        [&]<class Part>(const Part& one) {
-                            if constexpr (std::same_as<Part, Collider<DistanceGrid<double, D>>>)
-                                throw parameter_error(
-                                    "A grid of distances is no text; keep the mesh it was made from.");
-                            else
-                                detail::write(json, one);
-                        },
-                        part);
-                });
+                detail::write(json, part);
             });
         if (choice.gravity) detail::write_vector(json, "gravity", *choice.gravity);
         json.field("fixed_time_step", choice.fixed_time_step)

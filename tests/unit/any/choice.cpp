@@ -54,10 +54,8 @@ std::string with(const std::string& part, const std::string& by) {
 }
 /// Reading `whole` with one part replaced is refused with this line and this text.
 void check_mistake(const std::string& part, const std::string& by, int line, const std::string& says) {
-    const std::string said = test_support::message<io_error>([&] { read_choice<3>(with(part, by)); });
-    CAPTURE(said, part, by, line, says);
-    CHECK(said.rfind("line " + std::to_string(line) + ", ", 0) == 0);
-    CHECK(test_support::holds(said, says));
+    test_support::check_mistake<io_error>([](const std::string& text) { return read_choice<3>(text); }, whole, part, by,
+                                          line, says);
 }
 
 }  // namespace

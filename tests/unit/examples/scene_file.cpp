@@ -46,14 +46,7 @@ example::Scene read(const std::string& text) {
 }
 /// Reading `whole` with one part replaced is refused with this line and this text.
 void check_mistake(const std::string& part, const std::string& by, int line, const std::string& says) {
-    std::string text = whole;
-    const auto at = text.find(part);
-    REQUIRE(at != std::string::npos);
-    text.replace(at, part.size(), by);
-    const std::string said = test_support::message<firn::io_error>([&] { read(text); });
-    CAPTURE(said, part, by, line, says);
-    CHECK(said.rfind("line " + std::to_string(line) + ", ", 0) == 0);
-    CHECK(test_support::holds(said, says));
+    test_support::check_mistake<firn::io_error>(read, whole, part, by, line, says);
 }
 
 }  // namespace
