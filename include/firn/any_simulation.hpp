@@ -6,6 +6,7 @@
 #include <firn/any/offer.hpp>
 #include <firn/any/run.hpp>
 #include <firn/core/parallel.hpp>
+#include <firn/data/read_particles.hpp>
 
 #include <cmath>
 #include <functional>
@@ -190,17 +191,11 @@ public:
             const std::size_t line = is_position ? 0 : line_of(k, field);
             const std::vector<std::uint32_t> slots = slots_by_id(store, choice_.threads);
             detail::for_chunks(slots.size(), choice_.threads, [&](std::size_t first, std::size_t last) {
-                std::array<S, 9> numbers{};
-                for (std::size_t i = first; i < last; ++i) {
-                    T* const mine = to.data() + i * count;
-                    if (is_position) {
-                        const Vec<double, D> x = store.exact_position(slots[i]);
-                        for (int a = 0; a < D; ++a) mine[a] = T(x[a]);
-                    } else {
-                        store.get(line, slots[i], numbers.data());
-                        for (std::size_t c = 0; c < count; ++c) mine[c] = T(numbers[c]);
-                    }
-                }
+                const auto part = std::span(slots).subspan(first, last - first);
+                if (is_position)
+                    read_positions(store, part, to.data() + first * count);
+                else
+                    read_field(store, line, part, to.data() + first * count);
             });
         });
     }

@@ -363,6 +363,15 @@ double looks_around(const B& boundary) {
 
 namespace detail {
 
+/// Whether a boundary is a list in which there is nothing. A simulation that is chosen at run time has several.
+template <class B>
+FIRN_INLINE bool is_empty_list(const B& boundary) {
+    if constexpr (requires { boundary.all.empty(); })
+        return boundary.all.empty();
+    else
+        return false;
+}
+
 /// Returns true if at least one of a boundary's boundaries may change nodes in the box [lower, upper] [m], either alone
 /// or because another of them is near. \see looks_around
 template <has_boundaries All, int D>
@@ -370,14 +379,16 @@ bool reach_together(const All& all, const Vec<double, D>& lower, const Vec<doubl
     bool reached = false;
     double around = 0;
     all.for_members([&](const auto& one) {
-        if (reached) return;
+        if (reached || is_empty_list(one)) return;
         reached = one.reaches(lower, upper);
         around = std::max(around, looks_around(one));
     });
     if (reached || around == 0) return reached;
     int near = 0;
     const Vec<double, D> margin = Vec<double, D>::filled(around);
-    all.for_members([&](const auto& one) { near += near < 2 && one.reaches(lower - margin, upper + margin); });
+    all.for_members([&](const auto& one) {
+        near += near < 2 && !is_empty_list(one) && one.reaches(lower - margin, upper + margin);
+    });
     return near == 2;
 }
 

@@ -151,14 +151,22 @@ double into_domain(const Domain<D>& domain, int axis, double x) {
     return std::clamp(x < lower ? x + (upper - lower) : x - (upper - lower), lower, upper);
 }
 
+/// Returns the coordinate [m], along one axis, of a point in a block of the domain.
+/// \param along  coordinate of the block along the axis
+/// \param place  the point's place along the axis: its distance [cells] from the block's lower corner
+template <int D>
+double position_along(const Domain<D>& domain, int axis, int along, double place) {
+    return domain.lower[axis] + domain.cell_size * (block_size * along + place);
+}
+
 /// Returns the coordinate [m], along one axis, of a point that is given by its block and its place in that block.
 /// \param block  coordinates of the block, or of a copy of it
-/// \param place  the point's place along the axis: its distance [cells] from the block's lower corner
+/// \param place  as for position_along()
 template <int D>
 double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
     int along = block[std::size_t(axis)];
     if (axis == 0) along = along_in_domain(along, copy_stride(domain));
-    return domain.lower[axis] + domain.cell_size * (block_size * along + place);
+    return position_along(domain, axis, along, place);
 }
 
 /// Number of blocks along each axis of a cube. Blocks with few particles (sparse blocks) are scattered together with

@@ -132,6 +132,9 @@ public:
     void set_number(std::size_t field, std::size_t slot, int component, S number) {
         fields_.template at<S>(field, slot, component) = number;
     }
+    /// Returns the address, for reading only, of the first component of a field of the particle in a slot. Component k
+    /// lies k · pack_size numbers after the first.
+    const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
     /// Copies all components of a field of the particle in a slot to `to`, in the order of saved states: matrices are
     /// row by row, and symmetric matrices have all D² elements.
     /// \param field  index of the field in the table
@@ -258,9 +261,6 @@ protected:
     /// Returns the address of the first component of a field of the particle in a slot. Component k lies k · pack_size
     /// numbers after the first.
     S* numbers_of(std::size_t field, std::size_t slot) { return &fields_.template at<S>(field, slot, 0); }
-    /// Returns the address, for reading only, of the first component of a field of the particle in a slot. Component k
-    /// lies k · pack_size numbers after the first.
-    const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
     /// Number of built-in fields, which every particle has.
     static constexpr std::size_t built_in_fields = BuiltIn::built_in().size();
 

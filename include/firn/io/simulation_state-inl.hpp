@@ -2,11 +2,13 @@
 #pragma once
 
 #include <firn/data/curve.hpp>
+#include <firn/data/read_particles.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
 #include <bit>
+#include <span>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -32,21 +34,28 @@ std::vector<StateField<S>> fields_of(const SetOf<S, D>& set, const std::vector<s
     std::size_t less_one = 0;
     for (const FieldInfo& info : table) less_one += info.less_one;
     before.resize(1 + table.size() + less_one + set.outputs().size());
-    const auto fill = [&](StateField<S>& field, const std::string& name, const char* unit, int components,
-                          const auto& get) {
+    // read(slots, to) reads some of the particles.
+    const auto fill_with = [&](StateField<S>& field, const std::string& name, const char* unit, int components,
+                               const auto& read) {
         field.name = name;
         field.unit = unit;
         field.components = components;
         field.values.resize(slots.size() * std::size_t(components));
         for_chunks(slots.size(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) get(slots[i], field.values.data() + i * std::size_t(components));
+            read(std::span(slots).subspan(first, last - first), field.values.data() + first * std::size_t(components));
         });
     };
-    fill(before[0], "position", "m", D,
-         [&](std::size_t slot, S* to) { std::copy_n(particles.position(slot).v, D, to); });
+    using Slots = std::span<const std::uint32_t>;
+    fill_with(before[0], "position", "m", D, [&](Slots of, S* to) { read_positions(particles, of, to); });
     for (std::size_t f = 0; f < table.size(); ++f)
-        fill(before[f + 1], table[f].name, table[f].unit, table[f].components_in_state(D),
-             [&](std::size_t slot, S* to) { particles.get(f, slot, to); });
+        fill_with(before[f + 1], table[f].name, table[f].unit, table[f].components_in_state(D),
+                  [&](Slots of, S* to) { read_field(particles, f, of, to); });
+    const auto fill = [&](StateField<S>& field, const std::string& name, const char* unit, int components,
+                          const auto& get) {
+        fill_with(field, name, unit, components, [&](Slots of, S* to) {
+            for (std::size_t i = 0; i < of.size(); ++i) get(of[i], to + i * std::size_t(components));
+        });
+    };
     std::size_t next = 1 + table.size();
     for (std::size_t f = 0; f < table.size(); ++f)
         if (table[f].less_one)

@@ -89,11 +89,13 @@ void scatter_by_bands(const SparseGrid<S, D>& grid, const Clear& clear, const Sc
         if (block > cleared) clear(cleared, block);
         cleared = std::max(cleared, block);
     };
-    for (const ParticleSet<View>& set : sets)
+    for (const ParticleSet<View>& set : sets) {
+        if (set.partition.groups.empty()) continue;  // of many materials, a simulation may have particles of few
         for (const Band& band : bands(grid, set.partition)) {
             clear_to(band.blocks);
             scatter(set, band.phases);
         }
+    }
     clear_to(grid.block_count());
 }
 

@@ -166,6 +166,7 @@ void RunOf<S, D>::end_step(const Ranks& ranks, int threads) {
 template <std::floating_point S, int D>
 std::vector<BlockPartition<D>*> RunOf<S, D>::partitions() {
     std::vector<BlockPartition<D>*> all;
+    all.reserve(sets_.size());
     for (SetOf<S, D>& set : sets_) all.push_back(&set.partition);
     return all;
 }

@@ -63,6 +63,7 @@ protected:
     /// Returns the views of all sets that P2G and contact need.
     auto motions() {
         std::vector<ParticleSet<MotionView<S, D, BlockedSpan<S>>>> all;
+        all.reserve(sets_.size());
         for (SetOf<S, D>& set : sets_) all.push_back({set.store().motion(), set.partition});
         return all;
     }
