@@ -441,6 +441,7 @@ private:
         StepNow<S, D> now{dt, workers(), all_ranks, mirrors_of<Kernel>(boundary, this->domain())};
         all_ranks.use_mirrors(now.mirrors.planes);
         now.is_uniform = detail::is_uniform<Acceleration>;
+        if constexpr (detail::is_uniform<Acceleration>) now.acceleration = cast<double>(acceleration);
         now.in_float = dt.in_float;
         now.start = this->now_.time;
         const auto update = [&] { return update_grid(now, acceleration); };

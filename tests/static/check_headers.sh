@@ -22,7 +22,7 @@ stage      :
 loops wgsl :
 lagrangian :
 simulation :
-implicit soil :
+implicit soil rigid_body :
 adjoint    :
 firn       :
 io         : hdf5 posix

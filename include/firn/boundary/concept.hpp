@@ -188,6 +188,14 @@ consteval bool require_boundary() {
 template <class B>
 inline constexpr bool acts_by_gap = false;
 
+/// Whether a boundary of type B, or a part of it, is a body that matter pushes. \see RigidBody
+template <class B>
+inline constexpr bool has_rigid_bodies = requires { B::is_rigid_body; };
+template <template <class...> class All, class... B>
+    requires detail::has_boundaries<All<B...>>
+inline constexpr bool has_rigid_bodies<All<B...>> =
+    requires { All<B...>::is_rigid_body; } || (has_rigid_bodies<B> || ...);
+
 namespace detail {
 /// Calls f(part, by_gap) for each part of a boundary that has no parts itself. `by_gap` is true if the part acts by the
 /// gap between matter and its surface, so that matter touches the surface. \see GapContact

@@ -177,14 +177,17 @@ struct ActByGap {
              const Look&... look) const {
         if (surface.contact == Contact::none || !surface.acts) return;
         const double gap = gap_to(surface.distance, surface.normal, look...);
+        add_at(node, part, v, surface, gap);
+    }
+    /// As add(), with the gap between matter and the surface [m].
+    void add_at(NodeAtSurfaces<double, D>& node, int part, const Vec<double, D>& v, ActingSurface<double, D> surface,
+                double gap) const {
         if (!(gap < none)) return;
         const Vec<double, D> after = alone(v, gap, surface.normal, surface.velocity, surface.contact, surface.friction);
         const bool held = holds(surface.contact) && gap <= boundary_reach * cell_size;
         if (!held) surface.contact = Contact::separate;
         node.add(part, surface, after, held ? 0 : closing_speed(gap, dt));
     }
-
-private:
     /// Returns the gap between a surface and matter [m]; `look` may choose another face.
     template <class... Look>
     double gap_to(double distance, Vec<double, D>& normal, const Look&... look) const {
@@ -192,6 +195,8 @@ private:
         if (gap < -clear_overlap * cell_size) (look(nearest, gap, normal), ...);
         return gap;
     }
+
+private:
     /// Returns the velocity of the node [m/s] after contact with a surface that acts alone.
     Vec<double, D> alone(const Vec<double, D>& v, double gap, const Vec<double, D>& normal,
                          const Vec<double, D>& velocity, Contact contact, double friction) const {

@@ -68,6 +68,7 @@ struct StepNow {
     std::function<double()> update_grid{};        ///< The grid update, with the acceleration of this step.
     std::function<std::string()> likely_cause{};  ///< A sentence about the likely cause of wrong particles.
     bool is_uniform = true;                       ///< Whether the acceleration is the same everywhere.
+    Vec<double, D> acceleration{};                ///< If so, the acceleration [m/s²].
     std::size_t set = 0;                          ///< Number of the set, in passes that act set by set.
     double largest_acceleration = 0;              ///< The largest acceleration of a field at nodes [m/s²].
     bool right = true;                            ///< Whether all particles are finite and in the domain.

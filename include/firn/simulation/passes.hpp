@@ -48,7 +48,13 @@ struct PassesOf {
         if constexpr (Law::between_groups)
             all.add({"contact", node, momenta | places, momenta, false, by<&PassesOf::meet>});
         all.add({"grid update", node, momenta | boundary, node_velocities, false, by<&PassesOf::update_grid>});
-        if constexpr (by_gap)
+        static_assert(by_gap || !has_rigid_bodies<Boundary>,
+                      "firn: a RigidBody moves by the gap between matter and its surface. Put the boundary into a "
+                      "GapContact: firn::GapContact{firn::Together(walls, body)}.");
+        if constexpr (by_gap && has_rigid_bodies<Boundary>)
+            all.add({"act by gap", node, node_velocities | gaps | boundary, node_velocities | boundary, false,
+                     by<&PassesOf::template push_bodies<>>});
+        else if constexpr (by_gap)
             all.add({"act by gap", node, node_velocities | gaps | boundary, node_velocities, false,
                      by<&PassesOf::act_by_gap>});
         if constexpr (averages_volume)
@@ -166,6 +172,20 @@ protected:
         with_sets(of, [&](Sets sets) {
             firn::act_by_gap<Kernel>(of.execution, of.grid_, of.boundary, now.dt, mirrors(of, now), of.gap_memory_,
                                      reactions(of), sets);
+        });
+    }
+    /// The function that does it comes with firn/rigid_body.hpp; its namespace is that of the boundary.
+    template <class Shaped = Boundary>
+    static void push_bodies(Simulation& of, Now& now) {
+        if (!now.is_uniform)
+            throw usage_error(
+                "Rigid bodies feel an acceleration that is the same everywhere; this one depends on the place. Give "
+                "the simulation a vector, and add what is more to the body's force.");
+        Shaped& boundary = of.boundary;
+        with_sets(of, [&](Sets sets) {
+            const bool found = act_with_bodies<Kernel>(of.execution, of.grid_, boundary, now.dt, now.acceleration,
+                                                       mirrors(of, now), of.gap_memory_, reactions(of), sets);
+            of.warnings_.of_bodies(found, of.warn, of.speaks_);
         });
     }
     template <class Moves = Transfer, class Averaged = Volume>

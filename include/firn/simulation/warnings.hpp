@@ -216,6 +216,16 @@ public:
                     "else leave out FBar.");
         }
     }
+    /// Gives a warning if the velocities of rigid bodies were not found in a step.
+    void of_bodies(bool found, const Warn& warn, bool speaks) {
+        if (!warn || found || bodies_said_) return;
+        bodies_said_ = true;
+        if (speaks)
+            warn(
+                "The velocities of rigid bodies were not found to rounding in a step: friction leaves several, or a "
+                "body is squeezed by solids through matter. Momenta are conserved all the same; energy may not be. "
+                "Take shorter steps.");
+    }
     /// Gives warnings before the first step: if positions have too few digits, if walls do not coincide with the faces
     /// of the domain or stand between planes of nodes, if particles lie inside solids of the boundary, if bodies
     /// overlap, or if solids are thin or cap their distances.
@@ -232,7 +242,7 @@ private:
     double largest_ = 0, said_ratio_ = 1 / 1.2;
     SlowStrain slow_strain_;
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false,
-         stretch_said_ = false, gravity_said_ = false, locking_said_ = false;
+         stretch_said_ = false, gravity_said_ = false, locking_said_ = false, bodies_said_ = false;
 };
 
 template <std::floating_point S, int D, class Boundary>

@@ -1,0 +1,236 @@
+// quick: no
+/// \file Rigid bodies and matter: momenta, energies, bits, drives.
+#include "support/catch.hpp"
+#include "support/message.hpp"
+#include <firn/firn.hpp>
+#include <firn/io/restart.hpp>
+#include <firn/rigid_body.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+using namespace firn;
+
+namespace {
+
+template <class S, int D>
+using Ball = RigidBody<Collider<Sphere<S, D>>>;
+template <class S, int D, class... Body>
+using Around = GapContact<Together<Walls<S, D>, Body...>>;
+template <class S, int D, class... Body>
+using Run = SimulationWith<D, FixedCorotated<S>, Around<S, D, Body...>>;
+
+template <class S, int D>
+Ball<S, D> ball(double radius, double density, double friction, const Vec<double, D>& at,
+                const Vec<double, D>& velocity) {
+    Collider<Sphere<S, D>> solid{
+        .shape = {S(radius)}, .friction = friction, .position = at, .linear_velocity = velocity};
+    return {solid, density};
+}
+
+/// A block of 0.3 m with its centre at 1 m in every direction, without gravity, in a domain of 2 m.
+template <class S, int D, class... Body>
+Run<S, D, Body...> floating(int threads, Contact walls, const Body&... body) {
+    const Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(2), 1.0 / 32};
+    const auto all = Walls<S, D>::all(cast<S>(domain.lower), cast<S>(domain.upper), {walls, 0});
+    Run<S, D, Body...> run(domain, FixedCorotated<S>::from_young_poisson(S(1e5), S(0.3)), Coloured{threads},
+                           Around<S, D, Body...>{Together(all, body...)});
+    run.gravity = Vec<double, D>::zero();
+    run.add(sample_box<D>(Vec<double, D>::filled(0.85), Vec<double, D>::filled(1.15), {.spacing = 1.0 / 64}), 1000);
+    return run;
+}
+template <std::size_t I = 0, class Simulation>
+auto& body_of(Simulation& run) {
+    return std::get<I + 1>(run.boundary.boundary.parts);
+}
+
+/// Momentum and angular momentum about the origin of matter and bodies.
+template <int D>
+struct Momenta {
+    Vec<double, D> linear;
+    Axial<double, D> angular;
+};
+template <class Simulation, std::size_t... I>
+auto momenta(Simulation& run, std::index_sequence<I...>) {
+    constexpr int D = Simulation::dimension;
+    const auto totals = run.totals();
+    Momenta<D> sum{totals.momentum, totals.angular_momentum};
+    const auto add = [&](const auto& body) {
+        sum.linear += body.momentum;
+        sum.angular = sum.angular + body.angular_momentum + axial_product(body.collider.position, body.momentum);
+    };
+    (add(body_of<I>(run)), ...);
+    return sum;
+}
+
+/// The kinetic energy of the nodes [J].
+template <class S, int D>
+double energy_of(const SparseGrid<S, D>& grid) {
+    double sum = 0;
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        for (int node = 0; node < block_nodes<D>; ++node) {
+            const auto* const numbers = grid.nodes(b) + node * node_width;
+            double square = 0;
+            for (int a = 0; a < D; ++a) square += double(numbers[a]) * double(numbers[a]);
+            sum += 0.5 * double(numbers[node_mass]) * square;
+        }
+    return sum;
+}
+
+/// Lets a ball meet a block in free space, and checks momenta and the energy of each step's contact.
+template <int D>
+void meet(double density, double friction, int steps) {
+    CAPTURE(D, density, friction);
+    auto at = Vec<double, D>::filled(1), velocity = Vec<double, D>::zero();
+    at[0] = 1.05, at[1] = 1.29, velocity[1] = -2;
+    auto run = floating<double, D>(1, Contact::none, ball<double, D>(0.12, density, friction, at, velocity));
+    double before = 0, gain = -1, most = 0;
+    run.add_pass("energy before", "grid update",
+                 [&](auto& now, const auto&) { before = energy_of(now.grid()) + body_of(now).kinetic_energy(); });
+    run.add_pass("energy after", "act by gap", [&](auto& now, const auto&) {
+        const double after = energy_of(now.grid()) + body_of(now).kinetic_energy();
+        gain = std::max(gain, (after - before) / before);
+        most = std::max(most, (before - after) / before);
+    });
+    std::vector<std::string> warnings;
+    run.warn = [&](const std::string& text) { warnings.push_back(text); };
+    const auto start = momenta(run, std::index_sequence<0>{});
+    const double scale = norm(body_of(run).momentum);
+    for (int i = 0; i < steps; ++i) run.step();
+    const auto end = momenta(run, std::index_sequence<0>{});
+    const auto turned = end.angular - start.angular;
+    CAPTURE(gain, most, warnings);
+    CHECK(norm(end.linear - start.linear) <= 1e-12 * scale);
+    CHECK(std::sqrt(squared_norm(skew(turned))) <= 1e-12 * scale);  // about 1 m away
+    CHECK(gain <= 1e-12);
+    CHECK(most > 1e-6);
+    CHECK(body_of(run).velocity()[1] > -1.5);
+    CHECK(warnings.empty());
+}
+
+}  // namespace
+
+TEST_CASE("A rigid ball meets a block in free space: momenta are kept, and contact gains no energy") {
+    for (const double friction : {0.0, 0.4})
+        // A node of the block has up to 1 kg in 2D; the lightest of these balls has 0.05 kg.
+        for (const double density : {1000.0, 100.0, 1.0}) meet<2>(density, friction, 300);
+    meet<3>(1000, 0.4, 300);
+    meet<3>(1, 0.4, 200);
+}
+
+TEST_CASE("Two light balls squeeze a block: momenta are kept and both are stopped") {
+    Vec<double, 2> left{0.72, 1.0}, right{1.28, 1.02}, there{1.5, 0.0};
+    auto run = floating<double, 2>(1, Contact::none, ball<double, 2>(0.1, 20, 0.3, left, there),
+                                   ball<double, 2>(0.1, 5, 0.3, right, -there));
+    const auto start = momenta(run, std::index_sequence<0, 1>{});
+    std::vector<std::string> warnings;
+    run.warn = [&](const std::string& text) { warnings.push_back(text); };
+    for (int i = 0; i < 300; ++i) run.step();
+    const auto end = momenta(run, std::index_sequence<0, 1>{});
+    CAPTURE(warnings);
+    CHECK(norm(end.linear - start.linear) <= 1e-13);
+    CHECK(std::abs(end.angular - start.angular) <= 1e-13);
+    CHECK(body_of<0>(run).velocity()[0] < 0.5);
+    CHECK(body_of<1>(run).velocity()[0] > -0.5);
+    CHECK(warnings.empty());
+}
+
+TEST_CASE("A run with rigid bodies has the same bits on any number of threads, and after a restart") {
+    const Vec<double, 3> at{1.05, 1.29, 1.0}, velocity{0.0, -2.0, 0.0};
+    const auto made = [&](int threads) {
+        auto run = floating<float, 3>(threads, Contact::separate, ball<float, 3>(0.12, 300, 0.4, at, velocity));
+        run.gravity = {0.0, -9.81, 0.0};
+        run.warn = {};
+        return run;
+    };
+    auto one = made(1);
+    for (int i = 0; i < 60; ++i) one.step();
+    const auto half = state_of(one);
+    for (int i = 0; i < 60; ++i) one.step();
+    const auto end = state_of(one);
+    const auto same = [&](auto& other) {
+        const auto state = state_of(other);
+        const auto &a = body_of(one), &b = body_of(other);
+        bool equal = std::memcmp(&a.momentum, &b.momentum, sizeof a.momentum) == 0 &&
+                     std::memcmp(&a.angular_momentum, &b.angular_momentum, sizeof a.angular_momentum) == 0 &&
+                     std::memcmp(&a.collider.position, &b.collider.position, sizeof a.collider.position) == 0 &&
+                     std::memcmp(&a.collider.rotation, &b.collider.rotation, sizeof a.collider.rotation) == 0;
+        for (std::size_t f = 0; f < end.fields.size(); ++f)
+            equal = equal && state.fields[f].values == end.fields[f].values;
+        return equal;
+    };
+    CHECK(norm(body_of(one).angular_momentum) > 0);
+    auto three = made(3);
+    for (int i = 0; i < 120; ++i) three.step();
+    CHECK(same(three));
+    auto again = made(2);
+    restore(again, half);
+    for (int i = 0; i < 60; ++i) again.step();
+    CHECK(same(again));
+    auto copy = again;
+    again.step();
+    CHECK_FALSE(same(again));
+    CHECK(same(copy));
+}
+
+TEST_CASE("A drive that keeps all velocities moves a body as a collider moves") {
+    const Vec<double, 2> at{1.05, 1.29}, velocity{0.2, -1.0};
+    auto kept = ball<double, 2>(0.12, 500, 0.4, at, velocity);
+    kept.drive.keep(0, 0.2).keep(1, -1.0).keep(2, 3.0);
+    kept.set_velocity(velocity, 3.0);
+    auto given = kept.collider;
+    auto one = floating<double, 2>(1, Contact::none, kept);
+    auto other = floating<double, 2>(1, Contact::none, given);
+    other.reactions.emplace();
+    double least = 0;
+    for (int i = 0; i < 200; ++i) {
+        one.step(), other.step();
+        const auto& reaction = other.reactions->parts[1];
+        const auto& body = body_of(one);
+        least = std::min(least, body.driven[1]);
+        // The drive gives what matter takes.
+        REQUIRE(std::abs(body.driven[1] - reaction.impulse[1] / other.last_time_step()) <= 1e-6);
+        REQUIRE(std::abs(body.driven[2] - reaction.angular_impulse / other.last_time_step()) <= 1e-6);
+    }
+    CHECK(norm(body_of(one).collider.position - body_of(other).position) <= 1e-14);
+    CHECK(norm(body_of(one).collider.rotation - body_of(other).rotation) <= 1e-14);
+    CHECK(std::abs(one.totals().kinetic_energy - other.totals().kinetic_energy) <=
+          1e-10 * other.totals().kinetic_energy);
+    CHECK(least < -10);
+}
+
+TEST_CASE("Drives of a body that nothing touches follow their equations") {
+    const Vec<double, 2> at{0.4, 1.6};
+    auto body = ball<double, 2>(0.1, 500, 0.0, at, {});
+    const double m = body.mass, k = 40 * m, c = 3 * m, dt = 1e-3;
+    body.drive.hold(0, k, c);
+    body.drive.position = {0.5, 0.0};
+    body.drive.keep(1, 0.3, 2 * m);  // with at most 2 m/s² of acceleration
+    body.drive.hold(2, 30 * body.inertia[0], 0);
+    body.drive.rotation = rotor(degrees(20));
+    auto run = floating<double, 2>(1, Contact::none, body);
+    run.fixed_time_step = dt;
+    double x = at[0], u = 0, angle = 0, spin = 0;
+    for (int i = 0; i < 400; ++i) {
+        run.step();
+        // Implicit Euler of m x'' = k (0.5 − x) − c x', and of the spring that turns.
+        u = (u + dt * k / m * (0.5 - x)) / (1 + dt * (c + dt * k) / m);
+        x += dt * u;
+        spin = (spin + dt * 30 * (degrees(20).in_radians() - angle)) / (1 + 30 * dt * dt);
+        angle += dt * spin;
+        const auto& now = body_of(run);
+        REQUIRE(std::abs(now.collider.position[0] - x) <= 1e-13);
+        REQUIRE(std::abs(turn_between(no_rotation<double, 2>(), now.collider.rotation) - angle) <= 1e-12);
+        // The force is the largest until the velocity is reached, and then none.
+        REQUIRE(std::abs(now.velocity()[1] - std::min(2 * dt * (i + 1), 0.3)) <= 1e-12);
+    }
+    CHECK(std::abs(body_of(run).driven[1]) <= 1e-9);
+}
+
+TEST_CASE("A rigid body refuses an acceleration that depends on the place") {
+    auto run = floating<double, 2>(1, Contact::none, ball<double, 2>(0.1, 500, 0.0, {0.4, 1.6}, {}));
+    test_support::check_refused<usage_error>([&] { run.step([]<class P>(const Vec<P, 2>& x) { return x * P(-1); }); },
+                                             "the same everywhere");
+}
