@@ -4,6 +4,7 @@
 
 #include <firn/any/json.hpp>
 #include <firn/data/mesh.hpp>
+#include <firn/data/mesh_distance.hpp>
 #include <firn/data/point_spacing.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/io/obj.hpp>
@@ -21,6 +22,8 @@
 
 namespace example {
 
+/// A solid whose surface is a closed mesh.
+using MeshSolid = firn::Collider<firn::DistanceGrid<double, 3>>;
 /// Velocities that a part of the boundary has from a time on.
 struct Motion {
     std::size_t part;  ///< index in the boundary
@@ -48,8 +51,10 @@ struct Scene {
     std::vector<SceneSource> sources;
     std::vector<SceneSink> sinks;
     std::vector<Motion> motions;  ///< in the order of time
-    double end;                   ///< [s]
-    std::int64_t frames;          ///< states after the first one
+    /// Of solids that are meshes, in the order of the boundary: the mesh in the coordinates of the solid.
+    std::vector<firn::TriangleMesh> meshes;
+    double end;           ///< [s]
+    std::int64_t frames;  ///< states after the first one
 };
 
 /// Reads scenes. Files that a scene names lie beside it.
@@ -61,7 +66,12 @@ public:
     Scene read(const firn::JsonValue& json) {
         Scene scene;
         scene.choice = firn::read_choice<3>(
-            json, {"$schema", "about", "spacing", "pattern", "bodies", "sources", "sinks", "motions", "end", "frames"});
+            json, {"$schema", "about", "spacing", "pattern", "bodies", "sources", "sinks", "motions", "end", "frames"},
+            {{"mesh", [&](const firn::JsonValue& one, const firn::Domain<3>& domain) {
+                  auto [solid, mesh] = solid_of(one, domain.cell_size * scale_);
+                  scene.meshes.push_back(std::move(mesh));
+                  return solid;
+              }}});
         scene.choice.domain.cell_size *= scale_;
         scene.spacing = scene.choice.domain.cell_size / 2;  // 8 particles a cell
         if (const auto* spacing = json.find("spacing")) scene.spacing = scale_ * positive(*spacing);
@@ -171,20 +181,52 @@ private:
         if (!std::filesystem::exists(path)) file.fail(firn::sentence("there is no file ", path));
         return path;
     }
-    /// The mesh of a file, turned, of a size along its longest axis, with its middle at a position.
-    [[nodiscard]] firn::TriangleMesh mesh_of(const firn::JsonValue& json) const {
-        auto mesh = firn::read_obj(file_of(json));
+    /// The mesh of a file, turned, and where it is to be: its middle, the longest side of its box, how it was turned.
+    struct PlacedMesh {
+        firn::TriangleMesh mesh;
+        firn::Vec<double, 3> middle;
+        double size;
+        firn::Rotor<double, 3> rotation;
+    };
+    [[nodiscard]] PlacedMesh placed_mesh(const firn::JsonValue& json) const {
+        PlacedMesh placed{firn::read_obj(file_of(json)), {}, 0, firn::no_rotation<double, 3>()};
         if (const auto* turn = json.find("rotation")) {
-            const auto rotor = firn::detail::read_turn<firn::Rotor<double, 3>>(*turn);
-            mesh = firn::rotated(mesh, matrix_of(rotor), firn::Vec<double, 3>{});
+            placed.rotation = firn::detail::read_turn<firn::Rotor<double, 3>>(*turn);
+            if (turn->is(firn::JsonValue::Kind::array)) {
+                const double length = norm(placed.rotation);
+                if (!(std::abs(length - 1) < 1e-6)) turn->fail("give a quaternion of length 1, or an axis and degrees");
+                placed.rotation = placed.rotation * (1 / length);  // it was written with a few digits
+            }
+            placed.mesh = firn::rotated(placed.mesh, matrix_of(placed.rotation), firn::Vec<double, 3>{});
         }
-        const auto box = firn::bounding_box(mesh);
+        const auto box = firn::bounding_box(placed.mesh);
         const auto extent = box.upper - box.lower;
-        double size = std::max({extent[0], extent[1], extent[2]});
-        auto middle = (box.lower + box.upper) * 0.5;
-        if (const auto* given = json.find("size")) size = positive(*given);
-        if (const auto* position = json.find("position")) middle = position->vector<3>();
-        return firn::fitted(mesh, middle, size);
+        placed.size = std::max({extent[0], extent[1], extent[2]});
+        placed.middle = (box.lower + box.upper) * 0.5;
+        if (const auto* given = json.find("size")) placed.size = positive(*given);
+        if (const auto* position = json.find("position")) placed.middle = position->vector<3>();
+        return placed;
+    }
+    [[nodiscard]] firn::TriangleMesh mesh_of(const firn::JsonValue& json) const {
+        const PlacedMesh placed = placed_mesh(json);
+        return firn::fitted(placed.mesh, placed.middle, placed.size);
+    }
+    /// A solid where a body with the same members would be, which turns about the middle of its mesh; and this mesh, in
+    /// the coordinates of the solid.
+    [[nodiscard]] std::pair<MeshSolid, firn::TriangleMesh> solid_of(const firn::JsonValue& json,
+                                                                    double cell_size) const {
+        firn::TriangleMesh mesh;
+        const auto complete = [&](MeshSolid& solid) {
+            const PlacedMesh placed = placed_mesh(json);
+            solid.position = placed.middle;
+            solid.rotation = placed.rotation;
+            mesh = firn::rotated(firn::fitted(placed.mesh, {}, placed.size), transpose(matrix_of(placed.rotation)));
+            // Contact looks at distances in the layer and up to two cells beyond it; there they are to be exact.
+            const double layer = solid.thickness + solid.thickness_in_cells * cell_size;
+            solid.shape.numbers =
+                firn::mesh_distance(mesh, {.spacing = 0.5 * cell_size, .band = std::max(layer, 0.0) + 2 * cell_size});
+        };
+        return {firn::read_collider<firn::DistanceGrid<double, 3>>(json, {"file", "size"}, complete), std::move(mesh)};
     }
     /// The vertices of a file as particles, as they are.
     [[nodiscard]] firn::Samples<3> points_of(const firn::JsonValue& json) const {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -129,9 +130,10 @@ void for_numbers(Of& collider, const F& f) {
     f("linear_velocity", collider.linear_velocity);
     f("angular_velocity", collider.angular_velocity);
 }
-/// Reads a rotation that is given by an angle: a number of degrees in 2D, an axis and degrees in 3D.
+/// Reads a rotor: its numbers, or an angle, which is a number of degrees in 2D, an axis and degrees in 3D.
 template <class Turn>
 Turn read_turn(const JsonValue& json) {
+    if (json.is(JsonValue::Kind::array)) return json.vector<int(std::extent_v<decltype(Turn::v)>)>();
     if constexpr (std::same_as<Turn, Rotor<double, 2>>) {
         return rotor(degrees(json.number()));
     } else if constexpr (!std::same_as<Turn, Rotor<double, 3>>) {
@@ -141,28 +143,54 @@ Turn read_turn(const JsonValue& json) {
         return json.checked([&] { return rotor(json.at("axis").vector<3>(), degrees(json.at("degrees").number())); });
     }
 }
+
+}  // namespace detail
+
+/// Reads a solid: contact, friction, layer, place and motion, and the numbers that its shape has as parameters.
+/// \param others    further members of the object, which the caller reads
+/// \param complete  gives the solid that was read the rest of its shape, before it is checked; may be empty
+/// \throws io_error  if a member is not known or not valid, or if Collider::check() or complete() throws
+///                   parameter_error or mesh_error; the message begins with the line
 template <class Shape>
-Collider<Shape> read_collider(const JsonValue& json) {
+Collider<Shape> read_collider(const JsonValue& json, const std::vector<std::string>& others = {},
+                              const std::function<void(Collider<Shape>&)>& complete = {}) {
     Collider<Shape> collider;
     std::vector<std::string> known{"shape", "contact"};
-    for_numbers(collider, [&]<class Value>(const std::string& name, Value& value) {
+    known.insert(known.end(), others.begin(), others.end());
+    detail::for_numbers(collider, [&]<class Value>(const std::string& name, Value& value) {
         known.push_back(name);
         const JsonValue* const one = json.find(name);
         if (!one) return;
         if constexpr (std::is_arithmetic_v<Value>)
             value = one->number();
-        else if (name == "rotation" && !one->is(JsonValue::Kind::array))
-            value = read_turn<Value>(*one);
+        else if (name == "rotation")
+            value = detail::read_turn<Value>(*one);
         else
             value = one->vector<int(std::extent_v<decltype(value.v)>)>();
     });
-    if (const auto* contact = json.find("contact")) collider.contact = read_contact(*contact);
+    if (const auto* contact = json.find("contact")) collider.contact = detail::read_contact(*contact);
     for (const JsonValue& one : json)
         if (std::find(known.begin(), known.end(), one.name()) == known.end())
-            one.fail(sentence("a ", Shape::name, " has no such number; it has: ", listed_names(known)));
-    json.checked([&] { collider.check(); });
+            one.fail(
+                sentence("a ", json.at("shape").text(), " has no such number; it has: ", detail::listed_names(known)));
+    json.checked([&] {
+        if (complete) complete(collider);
+        collider.check();
+    });
     return collider;
 }
+
+/// A shape of solids that a program reads by a function of its own, such as a mesh that lies in a file.
+template <int D>
+struct ShapeReader {
+    std::string name;  ///< the shape in the text, "mesh"; none of those that read_choice() knows
+    /// Reads a solid from the object that names the shape, and the domain of the choice. It reports mistakes as
+    /// JsonValue does, and may call read_collider().
+    std::function<BoundaryPart<D>(const JsonValue& json, const Domain<D>& domain)> read;
+};
+
+namespace detail {
+
 template <class Shape>
 void write(Json& json, const Collider<Shape>& collider) {
     json.field("shape", Shape::name).field("contact", name_of(collider.contact));
@@ -189,14 +217,22 @@ void write(Json& json, const BoundaryPart<D>& part) {
     });
 }
 template <int D>
-BoundaryPart<D> read_boundary_part(const JsonValue& json, const Domain<D>& domain) {
+BoundaryPart<D> read_boundary_part(const JsonValue& json, const Domain<D>& domain,
+                                   const std::vector<ShapeReader<D>>& shapes = {}) {
     const JsonValue& shape = json.at("shape");
     if (shape.text() == "walls") return read_walls(json, domain);
     if (shape.text() == "half_space") return read_collider<HalfSpace<double, D>>(json);
     if (shape.text() == "sphere") return read_collider<Sphere<double, D>>(json);
     if (shape.text() == "box") return read_collider<Box<double, D>>(json);
     if (shape.text() == "capsule") return read_collider<Capsule<double, D>>(json);
-    shape.fail(sentence("'", shape.text(), "' is no shape; there are: walls, half_space, sphere, box, capsule"));
+    std::vector<std::string> names{"walls", "half_space", "sphere", "box", "capsule"};
+    for (const ShapeReader<D>& one : shapes) {
+        if (one.name == shape.text()) return one.read(json, domain);
+        names.push_back(one.name);
+    }
+    if (D == 2 && shape.text() == "mesh")
+        shape.fail(sentence("a mesh is a solid in three dimensions; in two there are: ", listed_names(names)));
+    shape.fail(sentence("'", shape.text(), "' is no shape; there are: ", listed_names(names)));
 }
 
 }  // namespace detail
@@ -211,9 +247,11 @@ BoundaryPart<D> read_boundary_part(const JsonValue& json, const Domain<D>& domai
 /// A rotation is a rotor, an angle in degrees in 2D, or {"axis": [0, 0, 1], "degrees": 30} in 3D.
 /// \param json     the object; further members are left to the caller if it names them in `others`
 /// \param others   members that are not of the choice
+/// \param shapes   further shapes that solids of the boundary may have
 /// \throws io_error  if a member is no valid part of a choice; the message begins with its line
 template <int D>
-SimulationChoice<D> read_choice(const JsonValue& json, const std::vector<std::string>& others = {}) {
+SimulationChoice<D> read_choice(const JsonValue& json, const std::vector<std::string>& others = {},
+                                const std::vector<ShapeReader<D>>& shapes = {}) {
     constexpr std::array known{"dimension",
                                "precision",
                                "domain",
@@ -264,7 +302,7 @@ SimulationChoice<D> read_choice(const JsonValue& json, const std::vector<std::st
     if (const auto* boundary = json.find("boundary")) {
         choice.boundary.emplace();
         for (const JsonValue& one : boundary->array())
-            choice.boundary->push_back(detail::read_boundary_part<D>(one, choice.domain));
+            choice.boundary->push_back(detail::read_boundary_part<D>(one, choice.domain, shapes));
     }
     if (const auto* gravity = json.find("gravity")) choice.gravity = gravity->vector<D>();
     if (const auto* dt = json.find("fixed_time_step")) {

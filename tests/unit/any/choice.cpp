@@ -124,6 +124,33 @@ TEST_CASE("a choice is read from its own text, and a short text has defaults", "
               .domain.cell_size == 0.1);
 }
 
+TEST_CASE("a program reads shapes of its own", "[any]") {
+    const ShapeReader<3> plate{
+        "plate", [](const JsonValue& json, const Domain<3>& domain) -> BoundaryPart<3> {
+            return read_collider<Box<double, 3>>(json, {"side"}, [&](Collider<Box<double, 3>>& box) {
+                box.shape.half_extents = {json.at("side").number() / 2, domain.cell_size, json.at("side").number() / 2};
+            });
+        }};
+    const auto read = [&](const std::string& text) { return read_choice<3>(JsonValue::parse(text), {}, {plate}); };
+    const std::string part = R"("shape": "box", "half_extents": [0.5, 0.25, 0.125])";
+    const auto choice = read(with(part, R"("shape": "plate", "side": 0.5)"));
+    const auto& box = std::get<Collider<Box<double, 3>>>((*choice.boundary)[2]);
+    CHECK(box.shape.half_extents[0] == 0.25);
+    CHECK(box.shape.half_extents[1] == 0.0625);
+    CHECK(box.contact == Contact::stick);
+    CHECK(box.angular_velocity[1] == 1);
+    check_refused<io_error>([&] { read(with(part, R"("shape": "plate", "size": 0.5)")); },
+                            "line 20, size: a plate has no such number; it has: shape, contact, side, half_extents");
+    check_refused<io_error>([&] { read(with(part, R"("shape": "plate", "side": 0)")); },
+                            "line 20, boundary[2]: The half extent of a box is 0 m");
+    check_refused<io_error>(
+        [&] { read(with("capsule", "pipe")); },
+        "line 23, shape: 'pipe' is no shape; there are: walls, half_space, sphere, box, capsule, plate");
+    check_refused<io_error>(
+        [] { read_choice<2>(R"({"domain": {"upper": [1, 1], "cell_size": 0.1}, "boundary": [{"shape": "mesh"}]})"); },
+        "line 1, shape: a mesh is a solid in three dimensions; in two there are: walls, half_space, sphere");
+}
+
 TEST_CASE("a mistake in the text of a choice is told with its line", "[any]") {
     check_mistake("\"dimension\": 3", "\"dimension\": 2", 2, "in 3 dimensions");
     check_mistake("\"double\"", "\"half\"", 3, "\"float\" or \"double\"");
