@@ -3,7 +3,7 @@
 /// editors check them by.
 #include "support/run_schedule.hpp"
 #include "support/scene_file.hpp"
-#include "support/solids.hpp"
+#include "support/scene_solids.hpp"
 #include <firn/any/run_of.hpp>
 #include <firn/any_simulation.hpp>
 #include <firn/io/states.hpp>
@@ -134,7 +134,13 @@ int scene(int argc, char** argv) {
         }
         steps_at_once = simulation.steps() - before;
     };
-    const auto picture = [&] { return example::render(cloud_of(simulation, scene.spacing), view); };
+    const auto picture = [&] {
+        example::Cloud cloud = cloud_of(simulation, scene.spacing);
+        const auto colour = simulation.sets() > example::slate ? example::snow : example::slate;
+        if (const auto boundary = simulation.choice().boundary)
+            example::add_solids(cloud.surface, *boundary, scene.meshes, simulation.domain(), view.direction, colour);
+        return example::render(cloud, view);
+    };
     return example::run_schedule(options, particles, {}, write, finish, advance, picture, lists).exit_code();
 }
 
