@@ -69,8 +69,10 @@ inline void add_solids(Surface& surface, const std::vector<firn::BoundaryPart<3>
             return capsule_mesh(shape.half_length, shape.radius);
         else if constexpr (std::is_same_v<Shape, firn::Box<double, 3>>)
             return box_mesh(shape.half_extents * -1.0, shape.half_extents);
-        else
+        else if constexpr (std::is_same_v<Shape, firn::DistanceGrid<double, 3>>)
             return meshes.at(next++);
+        else  // a shape that only the program that offers it knows
+            return firn::TriangleMesh{};
     };
     const auto add = [&]<class Part>(const Part& solid) {
         if constexpr (!std::is_same_v<Part, firn::Walls<double, 3>>) {

@@ -59,7 +59,8 @@ public:
             (look(std::type_identity<S>{}), ...);
             if (!run_) detail::throw_not_offered("precision", choice_.precision, names);
         }(typename Offer::precisions{});
-        if (choice_.boundary) places_ = detail::places_of(*choice_.boundary);
+        if (choice_.boundary)
+            places_ = detail::places_of(*choice_.boundary, detail::names_of<D>(typename Offer::shapes{}));
     }
     /// Copies the simulation with its particles.
     AnySimulation(const AnySimulation& other)
@@ -245,8 +246,11 @@ public:
     /// Changes a part of the boundary: its place, its velocity, its friction, its size.
     /// \throws parameter_error  if `to` has another shape than the part, or if a value is out of range
     void set_boundary_part(std::size_t part, const BoundaryPart<D>& to) {
-        if (to.index() != places_[checked_part(part)].kind)
-            throw parameter_error("A part of a boundary keeps its shape; give one of the same shape.");
+        const BoundaryPart<D>& from = (*choice_.boundary)[checked_part(part)];
+        bool same = to.index() == from.index();
+        if (const auto* named = std::get_if<Collider<NamedShape<D>>>(&to); named && same)
+            same = named->shape.shape == std::get<Collider<NamedShape<D>>>(from).shape.shape;
+        if (!same) throw parameter_error("A part of a boundary keeps its shape; give one of the same shape.");
         run_->set_part(to, places_[part]);
         (*choice_.boundary)[part] = to;
     }

@@ -189,11 +189,35 @@ struct ShapeReader {
     std::function<BoundaryPart<D>(const JsonValue& json, const Domain<D>& domain)> read;
 };
 
+/// Returns readers of the shapes that a program offers, for read_choice(): the members of their solids are the
+/// parameters of the shape, and those of all solids.
+template <int D, template <class, int> class... Shape>
+std::vector<ShapeReader<D>> shape_readers(OfferedShapes<Shape...>) {
+    return {ShapeReader<D>{std::string(name_of<Shape<double, D>>()),
+                           [](const JsonValue& json, const Domain<D>&) -> BoundaryPart<D> {
+                               return detail::named_solid(read_collider<Shape<double, D>>(json));
+                           }}...};
+}
+
 namespace detail {
 
+inline void write_numbers(Json& json, const NamedNumbers& numbers) {
+    json.key(numbers.name.c_str());
+    if (numbers.values.size() == 1)
+        json.value(numbers.values[0]);
+    else
+        json.array(numbers.values, [&](double number) { json.value(number); });
+}
 template <class Shape>
 void write(Json& json, const Collider<Shape>& collider) {
-    json.field("shape", Shape::name).field("contact", name_of(collider.contact));
+    constexpr bool is_named = requires { collider.shape.numbers[0].values; };
+    if constexpr (is_named)
+        json.field("shape", collider.shape.shape);
+    else
+        json.field("shape", Shape::name);
+    json.field("contact", name_of(collider.contact));
+    if constexpr (is_named)
+        for (const NamedNumbers& numbers : collider.shape.numbers) write_numbers(json, numbers);
     for_numbers(collider, [&]<class Value>(const std::string& name, const Value& value) {
         if constexpr (std::is_arithmetic_v<Value>)
             json.field(name.c_str(), value);

@@ -1,6 +1,7 @@
 /// \file The types from which a program lets its user choose a simulation.
 #pragma once
 
+#include <firn/any/named_shape.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
@@ -51,13 +52,14 @@ using CommonMaterials =
 /// form two or three seconds more. \see FIRN_COMPILE_OFFER
 template <class Materials = CommonMaterials, class Transfers = OfferedTransfers<Apic, Aflip<>>,
           class Precisions = OfferedPrecisions<float, double>, class Kernels = OfferedKernels<QuadraticBSpline>,
-          class Forces = OfferedForces<MlsForce>>
+          class Forces = OfferedForces<MlsForce>, class Shapes = OfferedShapes<>>
 struct Offer {
     using precisions = Precisions;  ///< the precisions
     using materials = Materials;    ///< the materials
     using transfers = Transfers;    ///< the transfers
     using kernels = Kernels;        ///< the kernels
     using forces = Forces;          ///< the force forms
+    using shapes = Shapes;          ///< the program's own shapes of solids, besides those of BoundaryPart
 };
 
 }  // namespace firn::inline FIRN_BUILD

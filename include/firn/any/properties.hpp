@@ -136,6 +136,11 @@ inline std::string listed_names(const std::vector<std::string>& names) {
                                        const std::vector<std::string>& names) {
     throw parameter_error(sentence("'", name, "' is no ", kind, " of ", of, "; there are: ", listed_names(names), "."));
 }
+[[noreturn]] inline void throw_not_offered(const char* kind, const std::string& wanted,
+                                           const std::vector<std::string>& names) {
+    throw parameter_error(sentence("This program has no ", kind, " '", wanted, "'; it has: ", listed_names(names),
+                                   ". Others are compiled in with firn::Offer."));
+}
 
 /// Sets properties by name; angles are in degrees.
 /// \throws parameter_error  if there is no property of a name

@@ -24,12 +24,6 @@ using AnyState = std::variant<State<float>, State<double>>;
 
 namespace detail {
 
-[[noreturn]] inline void throw_not_offered(const char* kind, const std::string& wanted,
-                                           const std::vector<std::string>& names) {
-    throw parameter_error(sentence("This program has no ", kind, " '", wanted, "'; it has: ", listed_names(names),
-                                   ". Others are compiled in with firn::Offer."));
-}
-
 /// The particles of a set, in the precision of the run.
 template <int D>
 using AnyStore = std::variant<ParticleStore<float, D>*, ParticleStore<double, D>*>;

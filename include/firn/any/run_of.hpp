@@ -77,18 +77,22 @@ public:
         return all;
     }
     BoundaryPart<D> part(BoundaryPart<D> given, const PlaceOfPart& place) const override {
-        with_part(simulation_.boundary, place, [&]<class Own>(const Own& own) {
-            if constexpr (requires { own.rotation; }) {
-                auto& one = std::get<with_scalar_t<Own, double>>(given);
-                one.position = own.position;
-                one.rotation = own.rotation;
-            }
+        with_part(simulation_.boundary, place, [&](const auto& own) {
+            if constexpr (requires { own.rotation; })
+                std::visit(
+                    [&](auto& one) {
+                        if constexpr (requires { one.rotation; }) {
+                            one.position = own.position;
+                            one.rotation = own.rotation;
+                        }
+                    },
+                    given);
         });
         return given;
     }
     void set_part(const BoundaryPart<D>& part, const PlaceOfPart& place) override {
         with_part(simulation_.boundary, place, [&]<class Own>(Own& own) {
-            const auto& one = std::get<with_scalar_t<Own, double>>(part);
+            const auto one = exact_part<Own>(part);
             check_boundary(one);
             own = lift<S>(one);
         });
@@ -146,9 +150,11 @@ void with_offered(List<One...>, const char* kind, const std::string& wanted, con
 }
 
 /// Makes the simulation of a choice that has these policies.
-template <int D, class S, class Transfer, class Kernel, class Force, template <class> class... M>
-std::unique_ptr<AnyRun<D>> made(OfferedMaterials<M...>, const SimulationChoice<D>& choice) {
-    using Boundary = AnyBoundary<S, D>;
+template <int D, class S, class Transfer, class Kernel, class Force, template <class> class... M,
+          template <class, int> class... Own>
+std::unique_ptr<AnyRun<D>> made(OfferedMaterials<M...>, OfferedShapes<Own...> shapes,
+                                const SimulationChoice<D>& choice) {
+    using Boundary = AnyBoundary<S, D, Own...>;
     using Made = Simulation<D, Materials<M<S>...>, Transfer, Force, Kernel, Coloured, Boundary>;
     check(choice.domain);
     Materials<M<S>...> materials;
@@ -174,7 +180,8 @@ std::unique_ptr<AnyRun<D>> made(OfferedMaterials<M...>, const SimulationChoice<D
         if (!found) throw_not_offered("material", material.name, {std::string(name_of<M<S>>())...});
     }
     if (sets.empty()) throw parameter_error("The choice has no material; give at least one.");
-    Boundary boundary = boundary_of<S, D>(choice.boundary.value_or(std::vector<BoundaryPart<D>>{}), choice.domain);
+    Boundary boundary =
+        boundary_of<S, D>(shapes, choice.boundary.value_or(std::vector<BoundaryPart<D>>{}), choice.domain);
     if (!choice.boundary) std::get<0>(boundary.parts) = default_boundary<Walls<S, D>, S>(choice.domain);
     Made simulation(choice.domain, materials, Coloured{choice.threads}, boundary);
     set_parameters(simulation.transfer, choice.transfer_parameters, name_of<Transfer>());
@@ -194,7 +201,8 @@ std::unique_ptr<AnyRun<D>> make_run(const SimulationChoice<D>& choice) {
         with_offered(typename Offer::forces{}, "force form", choice.force, [&]<class Force>(std::type_identity<Force>) {
             with_offered(typename Offer::transfers{}, "transfer", choice.transfer,
                          [&]<class Transfer>(std::type_identity<Transfer>) {
-                             run = made<D, S, Transfer, Kernel, Force>(typename Offer::materials{}, choice);
+                             run = made<D, S, Transfer, Kernel, Force>(typename Offer::materials{},
+                                                                       typename Offer::shapes{}, choice);
                          });
         });
     });
