@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # examples/python/test.sh [FOLDER [OPTION...]]: installs the module, with these options of pip, in a virtual environment
 # in FOLDER, by default build/python, and runs its tests. It compiles for some minutes the first time. 77 without Python
-# or without a way to its packages. With `-C cmake.define.FIRN_PYTHON_OWN=own.hpp` a material of one's own is tested, too.
+# or without a way to its packages. With `-C cmake.define.FIRN_PYTHON_OWN=own.hpp` a material and a solid of one's own
+# are tested, too.
 # FIRN_PYTHON names another Python than python3; FIRN_SCENE the program 27_scene, whose bits are then compared.
 set -euo pipefail
 

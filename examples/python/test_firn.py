@@ -262,6 +262,30 @@ def test_own_material():
     assert totals["elastic_energy"] > 0 and totals["kinetic_energy"] > 0
 
 
+def test_own_shape():
+    """The module that is installed with own.hpp has the solid of examples/own_shape.hpp, too."""
+    box = {"shape": "rounded_box", "half_extents": [0.2, 0.1, 0.2], "position": [0.5, 0.1, 0.5], "friction": 0.25}
+    try:
+        simulation = ball(jelly(boundary=[{"shape": "walls"}, box]))
+    except firn.IoError as problem:
+        assert "'rounded_box' is no shape" in str(problem)
+        pytest.skip("The module was installed without own.hpp")
+    given = simulation.boundary_part(1)
+    assert {name: given[name] for name in box} == box and given["rounding"] == 0.02
+    simulation.set_boundary_part(1, rounding=0.05, linear_velocity=[0, 0.25, 0])
+    simulation.measure_reactions()
+    simulation.advance(0.2)
+    assert simulation.reaction(1)["impulse"][1] > 0
+    now = simulation.choice["boundary"][1]
+    assert now["rounding"] == 0.05 and abs(now["position"][1] - 0.15) < 1e-12
+    assert simulation.read(0, "position")[:, 1].min() > 0.25
+    with pytest.raises(firn.IoError, match="rounding: The rounding of a rounded box is 0.3 m"):
+        simulation.set_boundary_part(1, rounding=0.3)
+    with pytest.raises(firn.IoError, match="no such number; it has: shape, contact, half_extents, rounding"):
+        simulation.set_boundary_part(1, radius=0.3)
+    assert firn.Simulation(simulation.choice).boundary_part(1) == now
+
+
 def test_threads():
     """Eight threads run simulations of their own, and four share one."""
     expected = ball(jelly(threads=1))

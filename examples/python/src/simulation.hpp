@@ -182,7 +182,8 @@ public:
     void set_boundary_part(std::size_t part, const std::string& text) {
         with([&]<int D>(firn::AnySimulation<D>& simulation) {
             const auto json = firn::JsonValue::parse(text);
-            simulation.set_boundary_part(part, firn::detail::read_boundary_part<D>(json, simulation.domain()));
+            simulation.set_boundary_part(part,
+                                         firn::detail::read_boundary_part<D>(json, simulation.domain(), shapes<D>()));
         });
     }
 
@@ -204,8 +205,12 @@ private:
         (given ? *given : json.at("domain").at("upper")).fail("firn simulates in 2 and 3 dimensions");
     }
     template <int D>
+    static std::vector<firn::ShapeReader<D>> shapes() {
+        return firn::shape_readers<D>(Offered::shapes{});
+    }
+    template <int D>
     Any made(const firn::JsonValue& json) {
-        const auto choice = firn::read_choice<D>(json);
+        const auto choice = firn::read_choice<D>(json, {}, shapes<D>());
         fixed_time_step_ = choice.fixed_time_step;
         return firn::AnySimulation<D>(choice, Offered{});
     }
