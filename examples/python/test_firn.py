@@ -69,7 +69,9 @@ def test_bits_of_the_example(tmp_path):
     assert set(theirs) == set(mine)
     for name in mine:
         assert theirs[name].tobytes() == mine[name].tobytes(), name
-    assert theirs.digest() == mine.digest()
+    # With own.hpp, the state names a further kind of solids, of which there are none.
+    if not mine.attributes["boundary"].endswith("_collider_rounded_box_list"):
+        assert theirs.digest() == mine.digest()
 
 
 def test_read_and_write():

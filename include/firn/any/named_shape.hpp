@@ -16,6 +16,9 @@ namespace firn::inline FIRN_BUILD {
 /// Shapes of a program's own to choose from: templates of a scalar type and the dimension, as boundary/shape.hpp
 /// describes them. For a wrapper, give an alias template:
 /// `template <class S, int D> using Tank = Complement<Box<S, D>>;`.
+///
+/// States name the boundary with all of its kinds of solids. So a state from a program that offers other shapes is
+/// restored by Restart::converted.
 template <template <class, int> class... Shape>
 struct OfferedShapes {};
 
