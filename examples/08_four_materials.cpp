@@ -1,10 +1,10 @@
 /// \file Jelly, water, sand and snow in one simulation, on one grid. A column of sand collapses and runs out, a
 /// snowball breaks on a wooden bunny, and a column of water, with a cube of jelly on it, breaks and splashes over both.
-/// Each material has its own particles and states. The bunny is rigid: its mesh is a boundary, and the reaction of the
-/// particles pushes it.
+/// Each material has its own particles and states. The bunny is a rigid body, which the particles push.
 #include "support/lumpy_snow.hpp"
 #include "support/rigid_body.hpp"
 #include "support/run.hpp"
+#include <firn/data/mass_of_mesh.hpp>
 #include <firn/data/mesh_distance.hpp>
 
 namespace {
@@ -15,30 +15,8 @@ using Sand = firn::Sand<float>;
 using Snow = example::LumpySnow;
 using Four = firn::Materials<Jelly, Water, Sand, Snow>;
 using Bunny = firn::Collider<firn::DistanceGrid<float, 3>>;
-using Boundary = firn::Together<firn::Walls<float, 3>, Bunny>;
+using Boundary = firn::GapContact<firn::Together<firn::Walls<float, 3>, firn::RigidBody<Bunny>>>;
 using Simulation = firn::SimulationWith<3, Four, Boundary>;
-
-/// Mass [kg], centre of mass [m], and inertia about it [kg m²] of a closed mesh of uniform density, from samples.
-struct MassProperties {
-    double mass = 0;
-    firn::Vec<double, 3> centre{};
-    firn::Mat<double, 3> inertia = firn::Mat<double, 3>::zero();
-};
-MassProperties mass_properties(const firn::TriangleMesh& mesh, double density, double spacing) {
-    const auto samples = firn::sample_mesh(mesh, {.spacing = spacing});
-    const double mass = density * samples.volume;
-    MassProperties sum;
-    for (const auto& x : samples.positions) {
-        sum.mass += mass;
-        sum.centre += x * mass;
-    }
-    sum.centre = sum.centre * (1 / sum.mass);
-    for (const auto& x : samples.positions) {
-        const auto r = x - sum.centre;
-        sum.inertia += (firn::Mat<double, 3>::diagonal(dot(r, r)) - outer(r, r)) * mass;
-    }
-    return sum;
-}
 
 int four_materials(int argc, char** argv) {
     example::CommandLine line(
@@ -71,22 +49,19 @@ int four_materials(int argc, char** argv) {
                          Sand::from_properties({.friction_angle = firn::degrees(friction_angle)}), Snow{snow});
     // A wooden bunny that stands on the floor, with its centre of mass at the origin.
     const auto upright = firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {0.0, 0.0, 0.0}, 0.5);
-    const MassProperties wood = mass_properties(upright, 600, 0.01);
+    const firn::MassOfMesh wood = firn::mass_of(upright, 600);
     const auto mesh = firn::translated(upright, wood.centre * -1.0);
-    example::RigidBody<3> body(wood.mass, wood.inertia);
-    body.position = {0.95, -firn::bounding_box(mesh).lower[1], 0.35};
-    body.rotation = firn::rotor({0.0, 1.0, 0.0}, firn::degrees(60));
     Bunny bunny{.shape = {firn::mesh_distance(mesh, {.spacing = spacing})},
                 .contact = firn::Contact::separate,
-                .friction = 0.3,
-                .thickness_in_cells = 0.5};
-    body.place(bunny);
+                .friction = 0.3};
+    bunny.position = {0.95, -firn::bounding_box(mesh).lower[1], 0.35};
+    bunny.rotation = firn::rotor({0.0, 1.0, 0.0}, firn::degrees(60));
 
     auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {2.0F, 1.4F, 0.7F}, {firn::Contact::separate, 0.0});
     walls.at_lower[1].friction = 0.5;
     Simulation simulation({{0.0, 0.0, 0.0}, {2.0, 1.4, 0.7}, 2 * spacing}, materials, {options.threads},
-                          {walls, bunny});
-    simulation.reactions.emplace();
+                          Boundary{firn::Together(walls, firn::RigidBody(bunny, wood))});
+    auto& body = std::get<1>(simulation.boundary.boundary.parts);
 
     simulation.set<Water>().add(firn::sample_box<3>({0.0, 0.0, 0.0}, {0.34, 0.8, 0.7}, loose), 1000);
     auto column = firn::sample_box<3>({1.6 - sand_radius, 0.0, 0.35 - sand_radius},
@@ -105,13 +80,9 @@ int four_materials(int argc, char** argv) {
     view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 1.0F, 0.7F}}};
     view.height = 800;
     view.smoothing = 0.5F;
-    // The bunny loses the impulse that it gave to the particles, and the walls stop the vertices that have reached
-    // them.
-    const auto move_bunny = [&] {
-        const double dt = simulation.last_time_step();
-        const auto& given = simulation.reactions->parts[1];
-        body.push(simulation.gravity * (body.mass() * dt) - given.impulse, given.angular_impulse * -1.0);
-        const auto turned = matrix_of(body.rotation);
+    // Matter moves the bunny; the walls stop the vertices that have reached them.
+    const auto stop_bunny = [&] {
+        const auto turned = matrix_of(body.collider.rotation);
         for (int a = 0; a < 3; ++a)
             for (const int sign : {1, -1}) {
                 const double wall = (sign > 0 ? simulation.domain().lower : simulation.domain().upper)[a];
@@ -119,27 +90,25 @@ int four_materials(int argc, char** argv) {
                 firn::Vec<double, 3> at{}, normal{};
                 normal[a] = sign;
                 for (const auto& vertex : mesh.vertices) {
-                    const auto x = body.position + turned * vertex;
+                    const auto x = body.collider.position + turned * vertex;
                     const double depth = sign * (wall - x[a]);
                     if (depth > deepest) deepest = depth, at = x;
                 }
                 if (deepest > 0) {
-                    body.stop_at(at, normal, 0.5);
-                    body.position += normal * deepest;
+                    example::stop_at(body, at, normal, 0.5);
+                    body.collider.position += normal * deepest;
                 }
             }
-        body.move(dt);
-        body.place(std::get<1>(simulation.boundary.parts));
     };
     // The picture shows the bunny's surface.
     const auto surface = [&] {
         example::Scenery<3> scenery{.colours = {example::coral, example::teal, example::sand, example::snow}};
         auto placed = mesh;
-        for (auto& x : placed.vertices) x = body.position + matrix_of(body.rotation) * x;
+        for (auto& x : placed.vertices) x = body.collider.position + matrix_of(body.collider.rotation) * x;
         example::add_mesh(scenery.surface, placed, example::plum);
         return scenery;
     };
-    const example::Outcome outcome = example::run(simulation, options, spacing, view, move_bunny, surface);
+    const example::Outcome outcome = example::run(simulation, options, spacing, view, stop_bunny, surface);
     std::printf("%.3f s in %llu steps\n", simulation.time(), static_cast<unsigned long long>(simulation.steps()));
     return outcome.exit_code();
 }

@@ -120,6 +120,37 @@ TEST_CASE("A rigid ball meets a block in free space: momenta are kept, and conta
     meet<3>(1, 0.4, 200);
 }
 
+TEMPLATE_TEST_CASE("A rigid ball on a block on the floor: gravity and walls alone change the momentum of both", "",
+                   float, double) {
+    using S = TestType;
+    const Domain<3> domain{{0, 0, 0}, {1, 1, 1}, 1.0 / 16};
+    auto body = ball<S, 3>(0.15, 2000, 0.3, {0.45, 0.46, 0.5}, {1.0, -1.0, 0.0});
+    body.angular_momentum = {0.0, 0.0, 0.5};
+    Run<S, 3, Ball<S, 3>> run(domain, FixedCorotated<S>::from_young_poisson(S(1e5), S(0.3)), Coloured{1},
+                              Around<S, 3, Ball<S, 3>>{Together(
+                                  Walls<S, 3>::all({S(0), S(0), S(0)}, {S(1), S(1), S(1)}, {Contact::slip, 0}), body)});
+    run.add(sample_box<3>({0.2, 0.0, 0.2}, {0.8, 0.3, 0.8}, {.spacing = 1.0 / 32}), 1000);
+    run.reactions.emplace();
+    run.warn = {};
+    run.fixed_time_step = 2e-4;
+    const double scale = norm(body_of(run).momentum);
+    double worst = 0, pushed = 0;
+    for (int i = 0; i < 400; ++i) {
+        const auto before = run.totals().momentum + body_of(run).momentum;
+        run.step();
+        const auto& of_walls = run.reactions->parts[0];
+        const double mass = run.totals().mass + body_of(run).mass;
+        const auto expected = before + run.gravity * (mass * 2e-4) + of_walls.impulse;
+        worst = std::max(worst, norm(run.totals().momentum + body_of(run).momentum - expected) / scale);
+        pushed += norm(run.reactions->parts[1].impulse);
+    }
+    CAPTURE(worst, pushed, scale);
+    CHECK(worst <= (sizeof(S) == 4 ? 2e-7 : 1e-14));  // in one step
+    CHECK(pushed > 0.3 * scale);
+    CHECK(body_of(run).velocity()[1] > -1);                                    // it was stopped
+    CHECK(body_of(run).angular_velocity()[2] < 0.5 / body.inertia[2] - 1e-3);  // and friction turned it
+}
+
 TEST_CASE("Two light balls squeeze a block: momenta are kept and both are stopped") {
     Vec<double, 2> left{0.72, 1.0}, right{1.28, 1.02}, there{1.5, 0.0};
     auto run = floating<double, 2>(1, Contact::none, ball<double, 2>(0.1, 20, 0.3, left, there),

@@ -1,10 +1,9 @@
 // quick: no
-/// \file Matter and solids: sliding down a slope with friction, a driven piston, a rigid ball on an elastic block.
+/// \file Matter and solids: sliding down a slope with friction, a driven piston.
 #include "support/catch.hpp"
 #include "support/watched_run.hpp"
 
 #include "../../benchmarks/verification/scenes/incline.hpp"
-#include "../../examples/support/rigid_body.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -97,66 +96,4 @@ TEST_CASE("a stirrer turns matter: its torque is what the matter's angular momen
     CAPTURE(given, angular_momentum());
     CHECK(given > 1);
     CHECK(std::abs(given - angular_momentum()) <= 1e-9 * given);
-}
-
-TEMPLATE_TEST_CASE("a rigid ball on an elastic block: gravity and walls alone change the momentum of both", "", float,
-                   double) {
-    using S = TestType;
-    const auto walls = Walls<S, 3>::all({S(0), S(0), S(0)}, {S(1), S(1), S(1)}, {Contact::slip, 0});
-    Collider<Sphere<S, 3>> solid{.shape = {S(0.15)}, .friction = 0.3};
-    example::RigidBody<3> body = example::ball<3>(2000, 0.15);
-    body.position = {0.45, 0.46, 0.5};
-    body.momentum = Vec<double, 3>{1.0, -1.0, 0.0} * body.mass();
-    body.angular_momentum = {0.0, 0.0, 0.5};
-    body.place(solid);
-    WatchedRun<3, S, Together<Walls<S, 3>, Collider<Sphere<S, 3>>>> run(
-        {{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 16}, FixedCorotated<S>::from_young_poisson(S(1e5), S(0.3)),
-        {walls, solid});
-    run.gravity = {0.0, -9.81, 0.0};
-    const auto block = sample_box<3>({0.2, 0.0, 0.2}, {0.8, 0.3, 0.8}, {.spacing = 1.0 / 32});
-    run.add(block, 1000);
-    const double dt = 2e-4;
-    double worst = 0, pushed = 0;
-    const double scale = norm(body.momentum);
-    for (int i = 0; i < 400; ++i) {
-        const auto before = run.momentum() + body.momentum;
-        run.step(dt);
-        const auto& [of_walls, of_ball] = std::tie(run.reaction(0), run.reaction(1));
-        body.push(-of_ball.impulse + run.gravity * (body.mass() * dt), -of_ball.angular_impulse);
-        body.move(dt);
-        body.place(std::get<1>(run.boundary.parts));
-        const auto expected = before + run.gravity * ((run.mass() + body.mass()) * dt) + of_walls.impulse;
-        worst = std::max(worst, norm(run.momentum() + body.momentum - expected) / scale);
-        pushed += norm(of_ball.impulse);
-    }
-    CAPTURE(worst, pushed, scale);
-    CHECK(worst <= (sizeof(S) == 4 ? 2e-7 : 1e-14));  // in one step
-    CHECK(pushed > 0.3 * scale);
-    CHECK(body.velocity()[1] > -1);                                               // it was stopped
-    CHECK(body.angular_velocity()[2] < 0.5 / (0.4 * body.mass() * 0.15 * 0.15));  // and friction turned it
-}
-
-TEST_CASE("a rigid body without forces keeps momentum, angular momentum, and energy to second order") {
-    double drift[2];
-    for (int i = 0; i < 2; ++i) {
-        example::RigidBody<3> body(2.0, Mat<double, 3>::rows(1, 0.1, 0, 0.1, 2, 0, 0, 0, 3));
-        body.momentum = {1.0, 2.0, 3.0};
-        body.angular_momentum = {1.0, 4.0, 0.2};
-        const auto L = body.angular_momentum;
-        const double energy = body.kinetic_energy();
-        const int steps = 2000 << i;
-        drift[i] = 0;
-        for (int n = 0; n < steps; ++n) {
-            body.move(20.0 / steps);
-            drift[i] = std::max(drift[i], std::abs(body.kinetic_energy() / energy - 1));
-        }
-        CHECK(norm(body.angular_momentum - L) == 0);
-        CHECK(norm(body.position - Vec<double, 3>{10.0, 20.0, 30.0}) <= 1e-11);
-        CHECK(std::abs(norm(body.rotation) - 1) <= 1e-15);
-    }
-    CAPTURE(drift[0], drift[1]);
-    CHECK(drift[0] <= 1e-3);
-    CHECK(drift[0] / drift[1] > 3.5);
-    CHECK_THROWS_AS((example::RigidBody<2>(0.0, 1.0)), parameter_error);
-    CHECK_THROWS_AS((example::RigidBody<3>(1.0, Mat<double, 3>::diagonal(-1.0))), parameter_error);
 }

@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include "support/not_finite.hpp"
+#include <firn/data/mass_of_mesh.hpp>
 #include <firn/data/mesh.hpp>
 
 #include "meshes.hpp"
@@ -27,6 +28,21 @@ TEST_CASE("Volume by the divergence theorem: a box exactly, its reverse negative
     const double fine = exact - signed_volume(sphere({1, 2, 3}, 1, 3));
     CHECK(fine > 0);
     CHECK(coarse / fine == Approx(4).epsilon(0.05));
+}
+
+TEST_CASE("Mass and inertia of a mesh: of a box those of the shape, wherever it lies; of a sphere's facets nearly") {
+    const Box<double, 3> shape{{0.1, 0.3, 0.2}};
+    const auto exact = mass_of(shape, 700);
+    const auto far = mass_of(translated(box({-0.1, -0.3, -0.2}, {0.1, 0.3, 0.2}), {1e3, -2e3, 5e2}), 700);
+    CHECK(far.mass == Approx(exact.mass).epsilon(1e-9));
+    CHECK(norm(far.centre - Vec<double, 3>{1e3, -2e3, 5e2}) <= 1e-9);
+    CHECK(squared_norm(far.inertia - exact.inertia) <= 1e-16 * squared_norm(exact.inertia));
+    const auto ball = mass_of(sphere({1, 2, 3}, 0.5, 4), 700);
+    const auto round = mass_of(Sphere<double, 3>{0.5}, 700);
+    CHECK(ball.mass == Approx(round.mass).epsilon(3e-3));
+    for (int a = 0; a < 3; ++a) CHECK(ball.inertia(a, a) == Approx(round.inertia(a, a)).epsilon(5e-3));
+    CHECK(message<parameter_error>([] { mass_of(reversed(unit_cube()), 1); }).find("outwards") != std::string::npos);
+    CHECK_THROWS_AS(mass_of(TriangleMesh{}, 1), parameter_error);
 }
 
 TEST_CASE("A closed mesh passes; a hole, a turned face and a doubled face are told apart and located") {
