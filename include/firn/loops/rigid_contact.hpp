@@ -302,7 +302,6 @@ public:
     /// Finds the velocities of the bodies. \return whether the residual became small
     bool solve() {
         double scale = 0;
-        for (const Body& body : bodies_) scale += energy(body, body.free);
         double residual = evaluate(scale);
         std::vector<Motions<D>> start(bodies_.size()), step(bodies_.size());
         for (int iteration = 0; iteration < most_iterations && !is_small(residual, scale); ++iteration) {
@@ -394,7 +393,7 @@ private:
     }
 
     /// Finds the residuals M (u − u*) + R − dt f of all bodies, and their derivatives.
-    /// \param scale  becomes at least the energy of the impulses
+    /// \param scale  becomes at least the energy of each body's impulses
     /// \return  the square of the residuals, as an energy [J]
     double evaluate(double& scale) {
         std::vector<std::vector<PushOfBody<D>>> pushes(blocks_.size());
@@ -421,14 +420,16 @@ private:
             const ExactSum* sum = sums.data() + b * numbers;
             Motions<D> pushed{};
             for (int i = 0; i < n; ++i) pushed[i] = (sum++)->value();
-            scale = std::max(scale, energy(body, pushed));
+            const Motions<D> now = product<n>(body.inertia, body.velocity);
             Motions<D>& residual = residuals_[b];
-            residual = product<n>(body.inertia, body.velocity) - body.free + pushed;
+            residual = now - body.free + pushed;
             matrices_[b] = body.inertia;
             for (std::size_t i = 0; i < n; ++i)
                 for (int j = 0; j < n; ++j) matrices_[b][i][j] += (sum++)->value();
             for (int i = 0; i < n; ++i)
                 residual[i] = body.drive_along(i, dt_, residual[i], matrices_[b][std::size_t(i)]);
+            for (const Motions<D>& impulse : {now, body.free, pushed, body.force * dt_})
+                scale = std::max(scale, energy(body, impulse));
             square += energy(body, residual);
         }
         return square;
