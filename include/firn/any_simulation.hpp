@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace firn::inline FIRN_BUILD {
@@ -154,6 +155,14 @@ public:
     /// then
     void edit_material(std::size_t k, const std::vector<NamedNumber>& parameters) {
         run_->edit_material(checked(k), parameters);
+    }
+
+    /// Returns set k, in the precision of the run: a MaterialSet of its material, to be looked at or copied.
+    std::variant<const SetOf<float, D>*, const SetOf<double, D>*> stored_set(std::size_t k) const {
+        std::variant<const SetOf<float, D>*, const SetOf<double, D>*> set;
+        checked(k);
+        with_run([&](const auto& run) { set = &run.sets()[run_->index_of(k)]; });
+        return set;
     }
 
     /// Returns the fields of the particles of set k, as in states.

@@ -142,6 +142,17 @@ TEST_CASE("one material of an offer has the bits of a simulation without the oth
     typed.advance(0.2);
     CHECK(any.steps() == typed.steps());
     CHECK(same_fields(any.state(0), state_of(typed)));
+
+    // A copy of its set goes on in a simulation of the same types.
+    using Set = MaterialSet<2, Sand<float>>;
+    const auto* const set = dynamic_cast<const Set*>(std::get<const SetOf<float, 2>*>(any.stored_set(0)));
+    REQUIRE(set);
+    Simulation copy(box<2>(), Sand<float>{}, Coloured{1});
+    copy.restore(Set(*set), {any.time(), any.steps(), any.last_time_step()});
+    copy.advance(0.05);
+    typed.advance(0.05);
+    CHECK(same_fields(state_of(copy), state_of(typed)));
+    CHECK_THROWS_AS(any.stored_set(1), parameter_error);
 }
 
 TEST_CASE("the order of a boundary's parts changes no bit", "[any]") {
