@@ -251,6 +251,197 @@ def test_sources_and_sinks():
     assert simulation.read("fluid", "position")[:, 1].min() > 0.2
 
 
+def block(dimension, material="fixed_corotated", transfer="apic", **more):
+    """A few particles, strained and moving at random, that run into walls and a turning sphere."""
+    properties = {"young": 2e4, "poisson": 0.3}
+    if material == "fluid":
+        properties = {"bulk": 2e4, "viscosity": 5, "tension": 100}
+    choice = {
+        "domain": {"upper": [1, 1, 1][:dimension], "cell_size": 1 / 16},
+        "materials": [{"name": material, "properties": properties}],
+        "transfer": transfer,
+        "boundary": [
+            {"shape": "walls", "contact": "separate", "friction": 0.3},
+            {
+                "shape": "sphere",
+                "radius": 0.15,
+                "position": [0.42 if dimension == 2 else 0.33, 0.03, 0.1][:dimension],
+                "linear_velocity": [-0.5, 0.3, 0.1][:dimension],
+                "angular_velocity": 3 if dimension == 2 else [0, 0, 3],
+                "friction": 0.4,
+            },
+        ],
+        "precision": "double",
+        "fixed_time_step": 4e-4,
+        "threads": 1,
+    }
+    choice.update(more)
+    simulation = firn.Simulation(choice)
+    upper = 0.26 if dimension == 2 else 0.17
+    simulation.add(0, firn.sample_box([0.03] * dimension, [upper] * dimension, spacing=1 / 32), 1000)
+    random = np.random.default_rng(3)
+    simulation.remove(0, random.random(simulation.particles(0)) < 0.1)  # ids have gaps
+    sizes = {"position": 3e-3, "velocity": 1, "mass": 1e-4, "volume": 1e-6}
+    if choice["precision"] == "double":
+        sizes |= {"affine_velocity": 5, "volume_ratio" if material == "fluid" else "deformation_gradient": 0.01}
+    for name, size in sizes.items():
+        values = simulation.read(0, name)
+        values += size * random.uniform(-1, 1, values.shape)
+        if name == "velocity":
+            values += [3, -2, 0][:dimension]
+        if name == "volume_ratio":
+            values -= 0.02  # off the kink at 1
+        simulation.write(0, name, values)
+    return simulation
+
+
+def loss(positions, velocities):
+    weights = np.random.default_rng(7).uniform(-1, 1, (2, *positions.shape))
+    value = (weights * [positions, 0.5 * velocities**2]).sum()
+    return value, weights[0], weights[1] * velocities
+
+
+def slope(simulation, duration, change):
+    """The derivative of the loss after a run by h, where change(copy, h) changes a copy before it: by differences of
+    several sizes."""
+
+    def value(h):
+        copy = simulation.copy()
+        change(copy, h)
+        copy.run(duration)
+        return loss(copy.read(0, "position"), copy.read(0, "velocity"))[0]
+
+    quotients = []
+    for h in (1e-4, 1e-5, 1e-6):
+        quotients.append((8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h))
+    return quotients
+
+
+def walk(by, values, path=()):
+    """The numbers of a part of the boundary that can be a little more and a little less: path, derivative, value."""
+    for name, one in by.items():
+        if isinstance(one, dict):
+            yield from walk(one, values[name], (*path, name))
+        elif not isinstance(one, str) and name not in ("rotation", "thickness", "lower", "upper"):
+            yield (*path, name), np.array(one, float), np.array(values[name], float)
+
+
+SPHERE = ("friction", "position", "linear_velocity", "angular_velocity")
+
+
+def changed(part, path, value):
+    part = dict(part)
+    part[path[0]] = value.tolist() if len(path) == 1 else changed(part[path[0]], path[1:], value)
+    return part
+
+
+@pytest.mark.parametrize("transfer", ["apic", "aflip"])
+@pytest.mark.parametrize("material", ["fixed_corotated", "neo_hookean", "fluid"])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_gradient(dimension, material, transfer):
+    """The derivatives by all that a run begins with, against differences of runs."""
+    simulation = block(dimension, material, transfer)
+    simulation.run(2e-3)
+    before, duration = simulation.state(0).digest(), 6.2e-3  # the last step is shortened
+    ends = []
+
+    def called(positions, velocities):
+        assert simulation.time == pytest.approx(2e-3)  # it may be used
+        ends.append((positions.tobytes(), velocities.tobytes()))
+        return loss(positions, velocities)
+
+    value, by = firn.gradient(simulation, duration, called)
+    assert simulation.state(0).digest() == before
+    end = simulation.copy()
+    end.run(duration)
+    assert ends == [(end.read(0, "position").tobytes(), end.read(0, "velocity").tobytes())]
+    assert value == loss(end.read(0, "position"), end.read(0, "velocity"))[0]
+
+    random = np.random.default_rng(5)
+    checked = set()
+
+    def check(what, derivatives, size, change):
+        direction = size * random.uniform(0.5, 1, np.shape(derivatives)) * random.choice([-1, 1], np.shape(derivatives))
+        wanted = float((derivatives * direction).sum())
+        quotients = slope(simulation, duration, lambda copy, h: change(copy, h * direction))
+        assert min(abs(one - wanted) for one in quotients) <= 1e-6 * abs(wanted) + 1e-10, (what, wanted, quotients)
+        if wanted != 0:
+            checked.add(what)
+
+    fields = [name for name in simulation.fields(0) if name not in ("place", "kirchhoff_stress")]
+    assert set(by) == {*fields, "material", "gravity", "boundary"}
+    sizes = {"position": 0.01, "velocity": 1, "affine_velocity": 10, "mass": 0.1, "volume": 1e-4}
+    for name in fields:
+        values = simulation.read(0, name)
+        assert by[name].shape == values.shape
+
+        def change(copy, change, name=name, values=values):
+            copy.write(0, name, values + change)
+
+        check(name, by[name], sizes.get(name, 0.1), change)
+    check("gravity", by["gravity"], 10, lambda copy, change: setattr(copy, "gravity", copy.gravity + change))
+    parameters = simulation.material(0)
+    assert set(by["material"]) == set(parameters)
+    for name, parameter in parameters.items():
+        change = lambda copy, change: copy.edit_material(0, {name: parameter + float(change)})
+        check(name, by["material"][name], 0.5 * parameter, change)
+    for k, derivatives in enumerate(by["boundary"]):
+        part = simulation.boundary_part(k)
+        for path, derivative, number in walk(derivatives, part):
+            change = lambda copy, change: copy.set_boundary_part(k, **changed(part, path, number + change))
+            check(path, derivative, 0.1, change)
+    of_boundary = {("faces", "y_lower", "friction"), *((name,) for name in SPHERE)}
+    assert checked >= {*fields, *parameters, "gravity", *of_boundary} - {"tension"}
+
+
+def test_gradient_of_a_throw():
+    """The example of README.md: a jelly is thrown to a target."""
+    text = (EXAMPLES / "python/README.md").read_text()
+    example = text.split("## Derivatives")[1].split("```python\n")[1].split("```")[0]
+    names = {}
+    exec(example, names)
+    assert names["distance"] < 1e-3
+
+
+def test_gradient_needs():
+    def flat(positions, velocities):
+        return 0, None, None
+
+    simulation = block(2)
+    n = simulation.particles(0)
+    by = [firn.gradient(simulation, 0.01, loss, memory=memory)[1] for memory in (60_000, 1 << 26)]  # of 25 states, 3 fit
+    assert all(by[0][name].tobytes() == by[1][name].tobytes() for name in ("position", "velocity", "mass"))
+    value, by_nothing = firn.gradient(simulation, 0, lambda x, v: (x[:, 0].sum(), np.ones_like(x) * [1, 0], None))
+    assert np.array_equal(by_nothing["position"], np.ones((n, 2)) * [1, 0]) and not by_nothing["velocity"].any()
+    with pytest.raises(firn.ParameterError, match="a checkpoint of this simulation takes"):
+        firn.gradient(simulation, 0.01, loss, memory=1000)
+    with pytest.raises(firn.ParameterError, match="negative"):
+        firn.gradient(simulation, 0.01, loss, memory=-1)
+    with pytest.raises(firn.ParameterError, match="precision \"double\"; this simulation has \"float\""):
+        firn.gradient(block(2, precision="float"), 0.01, flat)
+    with pytest.raises(firn.ParameterError, match="through 'sand' here; .* fixed_corotated, neo_hookean, fluid"):
+        firn.gradient(block(2, "sand"), 0.01, flat)
+    with pytest.raises(firn.ParameterError, match="one material; this simulation has 2"):
+        firn.gradient(block(2, materials=[{"name": "fixed_corotated"}, {"name": "fluid"}]), 0.01, flat)
+    with pytest.raises(firn.ParameterError, match="duration"):
+        firn.gradient(simulation, -1, flat)
+    with pytest.raises(firn.ParameterError, match="returned one float; it must return its value"):
+        firn.gradient(simulation, 0.01, lambda x, v: 1.0)
+    with pytest.raises(firn.ParameterError, match="returned 2 values"):
+        firn.gradient(simulation, 0.01, lambda x, v: (1.0, x))
+    with pytest.raises(firn.ParameterError, match="velocities of the shape .2,.; the velocities have"):
+        firn.gradient(simulation, 0.01, lambda x, v: (1.0, None, v[0]))
+    with pytest.raises(firn.ParameterError, match="positions that are not finite"):
+        firn.gradient(simulation, 0.01, lambda x, v: (1.0, x * np.inf, None))
+    with pytest.raises(ZeroDivisionError):
+        firn.gradient(simulation, 0.01, lambda x, v: 1 / 0)
+    with pytest.warns(RuntimeWarning, match="bound"):
+        firn.gradient(block(2, fixed_time_step=5e-3), 0.005, flat)
+    simulation.add_sink(0, [0, 0], [0.01, 0.01])
+    with pytest.raises(firn.ParameterError, match="without sources and sinks"):
+        firn.gradient(simulation, 0.01, flat)
+
+
 def test_own_material():
     """The module that is installed with own.hpp has the material of examples/own_material.hpp, too."""
     try:
@@ -262,6 +453,8 @@ def test_own_material():
     simulation.advance(0.05)
     totals = simulation.totals()
     assert totals["elastic_energy"] > 0 and totals["kinetic_energy"] > 0
+    with pytest.raises(firn.ParameterError, match="no derivatives through 'soft_tissue' here"):
+        firn.gradient(block(2, materials=[{"name": "soft_tissue"}]), 0.01, loss)
 
 
 def test_own_shape():
@@ -312,21 +505,46 @@ def test_threads():
     assert shared.steps == 40 and shared.state(0).digest() == digest
 
 
-def test_step_does_without_the_lock():
-    simulation = bunnies()
-    simulation.step()
-    stepping, at = True, []
+def ticks(work):
+    """How often another thread has the interpreter's lock while work() runs, from the time that it returns."""
+    working, at = True, []
 
     def tick():
-        while stepping:
+        while working:
             at.append(time.monotonic())
             time.sleep(0.002)
 
     clock = threading.Thread(target=tick)
     clock.start()
-    begin = time.monotonic()
-    simulation.advance(100 * simulation.last_time_step)
+    begin = work()
     end = time.monotonic()
-    stepping = False
+    working = False
     clock.join()
-    assert sum(begin < one < end for one in at) > 10
+    return sum(begin < one < end for one in at)
+
+
+def test_step_does_without_the_lock():
+    simulation = bunnies()
+    simulation.step()
+
+    def advance():
+        begin = time.monotonic()
+        simulation.advance(100 * simulation.last_time_step)
+        return begin
+
+    assert ticks(advance) > 10
+
+
+def test_way_back_does_without_the_lock():
+    simulation = ball(jelly(precision="double"))
+    begin = []
+
+    def called(positions, velocities):
+        begin.append(time.monotonic())
+        return 0, np.ones_like(positions), None
+
+    def back():
+        firn.gradient(simulation, 0.8, called)
+        return begin[0]
+
+    assert ticks(back) > 10

@@ -56,12 +56,18 @@ nb::object array_of(std::unique_ptr<T[]> data, const std::vector<std::size_t>& s
 }
 
 /// Returns an array of the numbers of a vector.
+/// @{
 template <class T>
-nb::object array_of(const std::vector<T>& numbers) {
+nb::object array_of(const std::vector<T>& numbers, const std::vector<std::size_t>& shape) {
     std::unique_ptr<T[]> data(new T[numbers.size()]);
     std::copy(numbers.begin(), numbers.end(), data.get());
-    return array_of(std::move(data), {numbers.size()});
+    return array_of(std::move(data), shape);
 }
+template <class T>
+nb::object array_of(const std::vector<T>& numbers) {
+    return array_of(numbers, {numbers.size()});
+}
+/// @}
 
 /// Returns D numbers as a vector. \throws firn::parameter_error  if there are not D
 template <int D>

@@ -195,6 +195,15 @@ void bind_simulation(nb::module_& module) {
             "Restores a set from a state. how: \"same_bits\", \"other_build\" or \"converted\".");
 }
 
+void bind_run_and_back(nb::module_& module) {
+    using Self = OwnRunAndBack;
+    nb::class_<Self>(module, "RunAndBack", "What is compiled of gradient().")
+        .def(nb::init<OwnSimulation&, std::size_t>(), "simulation"_a, "memory"_a)
+        .def("back", &Self::back, "duration"_a, "by_position"_a.noconvert(), "by_velocity"_a.noconvert(),
+             nb::sig("def back(self, duration: float, by_position: numpy.ndarray, by_velocity: numpy.ndarray) -> "
+                     "dict[str, typing.Any]"));
+}
+
 }  // namespace
 
 }  // namespace python
@@ -206,4 +215,5 @@ NB_MODULE(_firn, module) {
     python::bind_samples(module);
     python::bind_states(module);
     python::bind_simulation(module);
+    python::bind_run_and_back(module);
 }

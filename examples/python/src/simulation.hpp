@@ -4,6 +4,7 @@
 #include <firn/any/json.hpp>
 
 #include "arrays.hpp"
+#include "gradient.hpp"
 #include "offer.hpp"
 #include "samples.hpp"
 #include "states.hpp"
@@ -19,6 +20,13 @@ namespace python {
 
 /// A set of particles, by its number or by the name of its material.
 using SetName = std::variant<std::size_t, std::string>;
+
+inline nb::dict dict_of(const std::vector<firn::StateParameter>& parameters) {
+    nb::dict dict;
+    for (const auto& one : parameters)
+        dict[one.name.c_str()] = one.values.size() == 1 ? nb::cast(one.values[0]) : nb::cast(one.values);
+    return dict;
+}
 
 /// A simulation of two or three dimensions. Threads of Python may share it: each call waits for the one before it, and
 /// does so without the interpreter's lock, which other threads then have.
@@ -127,10 +135,7 @@ public:
         return dict;
     }
     nb::dict material(const SetName& set) {
-        nb::dict dict;
-        for (const auto& one : with_set(set, [](auto& simulation, std::size_t k) { return simulation.material(k); }))
-            dict[one.name.c_str()] = one.values.size() == 1 ? nb::cast(one.values[0]) : nb::cast(one.values);
-        return dict;
+        return dict_of(with_set(set, [](auto& simulation, std::size_t k) { return simulation.material(k); }));
     }
     void edit_material(const SetName& set, const nb::dict& parameters) {
         std::vector<firn::NamedNumber> numbers;
@@ -236,6 +241,35 @@ private:
     Any simulation_;
     std::mutex mutex_;
     std::vector<std::string> warnings_;
+};
+
+/// A copy of a simulation, for a run and back. \see RunAndBack
+class OwnRunAndBack {
+public:
+    OwnRunAndBack(OwnSimulation& simulation, std::size_t memory)
+        : run_(simulation.with(
+              [&]<int D>(firn::AnySimulation<D>& of) { return run_and_back(std::as_const(of), memory); })) {}
+
+    nb::dict back(double duration, const Array<const double>& by_position, const Array<const double>& by_velocity) {
+        ByStart by;
+        {
+            const nb::gil_scoped_release unlocked;
+            by = run_->back(duration, {by_position.data(), by_position.size()},
+                            {by_velocity.data(), by_velocity.size()});
+        }
+        nb::dict dict;
+        for (const ByField& field : by.fields) {
+            const std::size_t count = field.numbers.size() / std::size_t(field.components);
+            dict[field.name.c_str()] = array_of(field.numbers, shape_of(count, field.components));
+        }
+        dict["material"] = dict_of(by.material);
+        dict["gravity"] = array_of(by.gravity);
+        dict["boundary"] = by.boundary;
+        return dict;
+    }
+
+private:
+    std::unique_ptr<RunAndBack> run_;
 };
 
 }  // namespace python

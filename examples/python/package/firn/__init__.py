@@ -29,6 +29,7 @@ from ._firn import (
     OverflowError,
     ParameterError,
     ParticleError,
+    RunAndBack,
     Samples,
     SimulationCore,
     State,
@@ -59,6 +60,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "fitted",
+    "gradient",
     "read_obj",
     "read_state",
     "rotated",
@@ -214,3 +216,61 @@ class Simulation(SimulationCore):
     ) -> None:
         """Restores a set from a state or from its file. how: "same_bits", "other_build" or "converted"."""
         super().restore(set, state if isinstance(state, State) else read_state(state), how=how)
+
+
+Loss = Callable[[np.ndarray, np.ndarray], "tuple[Any, Any, Any]"]
+
+
+def gradient(
+    simulation: Simulation, duration: float, loss: Loss, *, memory: int = 1 << 30
+) -> tuple[float, dict[str, Any]]:
+    """Takes a run of `duration` [s], and goes back: returns the value of a loss at its end, and the derivatives of this
+    value by everything that the run began with.
+
+    loss(positions, velocities): a function that is called once, with arrays in the order of ids. It returns its value
+        and its derivatives by the two arrays, as arrays of the same shapes; None stands for zeros.
+    memory: for states of the run [bytes]. Where they have no room, steps are taken again.
+
+    The derivatives are a dict: by "position", "velocity", "affine_velocity", "mass", "volume" and the fields of the
+    material's state, of the shapes that read() returns; by "gravity"; by each parameter of the "material", as
+    material() has them; and by each number of the parts of the "boundary", as boundary_part() has them.
+
+    A copy runs, to the bits of run(): `simulation` stays as it was, ready for another start. The derivatives are those
+    of the steps that were taken, whose sizes are held. There must be one material, in the precision "double", without
+    sources and sinks. All steps go without the interpreter's lock; those after the loss do not look at Ctrl-C.
+    """
+    if memory < 0:
+        raise ParameterError(f"The memory is {memory} bytes; it must not be negative.")
+    end = simulation.copy()
+    way_back = RunAndBack(end, memory)  # has a copy of its own
+    end.run(duration)
+    positions = end.read(0, "position")
+    returned = loss(positions, end.read(0, "velocity"))
+    if not isinstance(returned, tuple) or len(returned) != 3:
+        raise ParameterError(
+            f"The loss returned {_kind(returned)}; it must return its value, its derivatives by the positions, and "
+            "those by the velocities or None."
+        )
+    value = float(returned[0])
+    by_position = _derivatives(returned[1], "positions", positions.shape)
+    by_velocity = _derivatives(returned[2], "velocities", positions.shape)
+    by = way_back.back(duration, by_position, by_velocity)
+    by["boundary"] = [json.loads(part) for part in by["boundary"]]
+    return value, by
+
+
+def _kind(of: Any) -> str:
+    return f"{len(of)} values" if isinstance(of, tuple) else f"one {type(of).__name__}"
+
+
+def _derivatives(of: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    if of is None:
+        return np.empty(0)
+    array = np.ascontiguousarray(of, dtype=np.float64)
+    if array.shape != shape:
+        raise ParameterError(
+            f"The loss returned derivatives by the {name} of the shape {array.shape}; the {name} have {shape}."
+        )
+    if not np.isfinite(array).all():
+        raise ParameterError(f"The loss returned derivatives by the {name} that are not finite.")
+    return array
