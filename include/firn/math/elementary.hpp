@@ -10,3 +10,28 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/math/pow.hpp>
 #include <firn/math/trigonometric.hpp>
+
+#include <type_traits>
+
+namespace firn::inline FIRN_BUILD {
+
+/// \name Functions of traced numbers (firn/math/traced.hpp)
+/// Declared here, so that `firn::exp(x)` in a header that is read before firn/adjoint.hpp means them, too.
+/// @{
+template <scalar T>
+struct traced;
+template <scalar T>
+traced<T> exp(const traced<T>& x);
+template <scalar T>
+traced<T> log(const traced<T>& x);
+template <scalar T>
+traced<T> log(const traced<T>& x, const traced<T>& less_one);
+template <scalar T>
+traced<T> sin(const traced<T>& x);
+template <scalar T>
+traced<T> cos(const traced<T>& x);
+template <scalar T>
+traced<T> pow(const traced<T>& x, const std::type_identity_t<traced<T>>& y);
+/// @}
+
+}  // namespace firn::inline FIRN_BUILD
