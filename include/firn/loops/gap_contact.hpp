@@ -213,6 +213,28 @@ MirrorsByGap<S> find_mirrors(int threads, const Ranks& ranks, const SparseGrid<S
     return mirrors;
 }
 
+/// Finds the blocks that a boundary reaches, unless mirrors_by_gap() has found them. \param here  on this grid
+template <class Kernel, std::floating_point S, int D, class Boundary, class View>
+void find_places(const Boundary& here, int threads, const SparseGrid<S, D>& grid, const MirrorsByGap<S>& mirrors,
+                 GapMemory<Kernel, S, D>& memory, ParticleSets<View> sets) {
+    if (!mirrors.planes.empty()) return;
+    const std::vector<const BlockPartition<D>*> partitions = partitions_of(sets);
+    memory.find_places(grid, partitions, threads, [&](std::size_t b) { return reaches_block(here, grid, b); });
+}
+/// Finds the nodes of these blocks on which a boundary may act, and the matter near them. Call it in a parallel region.
+/// \param exact  the boundary in double
+template <class Kernel, class Ranks, std::floating_point S, int D, class Boundary, class View>
+void find_nodes(const Boundary& exact, int threads, const Ranks& ranks, const SparseGrid<S, D>& grid,
+                const MirrorsByGap<S>& mirrors, GapMemory<Kernel, S, D>& memory, ParticleSets<View> sets) {
+    const auto look = [&](std::size_t i, int) {
+        const auto& place = memory.places()[i];
+        memory.nodes[i] = nodes_of_boundary(grid, place.block, exact);
+        memory.near().mark_around(place.near, memory.nodes[i]);
+    };
+    parallel_for(memory.places().size(), threads, look, 4);
+    memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
+}
+
 /// Does the work of act_by_gap().
 template <class Kernel, class Ranks, std::floating_point S, int D, class Boundary, class View>
 void let_boundary_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary,
@@ -221,10 +243,7 @@ void let_boundary_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, c
     check_step(dt);
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     const auto exact = lift<double>(here);
-    if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
-        const std::vector<const BlockPartition<D>*> partitions = partitions_of(sets);
-        memory.find_places(grid, partitions, threads, [&](std::size_t b) { return reaches_block(here, grid, b); });
-    }
+    find_places(here, threads, grid, mirrors, memory, sets);
     const auto& places = memory.places();
     std::vector<Reaction<D>> of_places;
     std::size_t parts = 0;
@@ -234,12 +253,7 @@ void let_boundary_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, c
         of_places.resize(places.size() * parts);
     }
     parallel_region(threads, [&] {
-        const auto look = [&](std::size_t i, int) {
-            memory.nodes[i] = nodes_of_boundary(grid, places[i].block, exact);
-            memory.near().mark_around(places[i].near, memory.nodes[i]);
-        };
-        parallel_for(places.size(), threads, look, 4);
-        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
+        find_nodes(exact, threads, ranks, grid, mirrors, memory, sets);
         const auto act = [&](std::size_t i, int thread) {
             const bool counts = reactions && ranks.template counts<D>(places[i].block);
             Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;

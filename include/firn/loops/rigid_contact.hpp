@@ -494,20 +494,12 @@ bool let_bodies_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, Gap
     });
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     const auto exact = lift<double>(here);
-    if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
-        const std::vector<const BlockPartition<D>*> partitions = partitions_of(sets);
-        memory.find_places(grid, partitions, threads, [&](std::size_t b) { return reaches_block(here, grid, b); });
-    }
+    find_places(here, threads, grid, mirrors, memory, sets);
     const auto& places = memory.places();
     const RanksAs<S, D, Ranks> sums(ranks);
     RigidContact<Kernel, S, D> contact(threads, sums, grid, memory, dt, bodies);
     parallel_region(threads, [&] {
-        const auto look = [&](std::size_t i, int) {
-            memory.nodes[i] = nodes_of_boundary(grid, places[i].block, exact);
-            memory.near().mark_around(places[i].near, memory.nodes[i]);
-        };
-        parallel_for(places.size(), threads, look, 4);
-        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets);
+        find_nodes(exact, threads, ranks, grid, mirrors, memory, sets);
         const auto note = [&](std::size_t i, int thread) {
             contact.note(i, exact, memory.of_threads[std::size_t(thread)]);
         };

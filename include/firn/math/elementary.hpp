@@ -15,9 +15,8 @@
 
 namespace firn::inline FIRN_BUILD {
 
-/// \name Functions of traced numbers (firn/math/traced.hpp)
-/// Declared here, so that `firn::exp(x)` in a header that is read before firn/adjoint.hpp means them, too.
-/// @{
+// Those of traced numbers (firn/math/traced.hpp), so that `firn::exp(x)` in a header that is read before
+// firn/adjoint.hpp means them, too.
 template <scalar T>
 struct traced;
 template <scalar T>
@@ -32,6 +31,5 @@ template <scalar T>
 traced<T> cos(const traced<T>& x);
 template <scalar T>
 traced<T> pow(const traced<T>& x, const std::type_identity_t<traced<T>>& y);
-/// @}
 
 }  // namespace firn::inline FIRN_BUILD
