@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/contact/coulomb.hpp>
+#include <firn/rigid_body.hpp>
 
 #include "mpi/bits.hpp"
 
@@ -15,6 +16,14 @@ inline constexpr auto by_gap = []<class S, int D>(const Walls<S, D>& walls) {
     sphere.position[0] = 0.85;
     sphere.linear_velocity[0] = -1;
     return GapContact{Together(walls, sphere)};
+};
+
+/// For balls(): the walls and a rigid ball that the others push.
+inline constexpr auto with_rigid_ball = []<class S, int D>(const Walls<S, D>& walls) {
+    Collider<Sphere<S, D>> sphere{.shape = {S(0.1)}, .friction = 0.3, .position = Vec<double, D>::filled(0.3)};
+    sphere.position[0] = 0.85;
+    sphere.linear_velocity[0] = -1;
+    return GapContact{Together(walls, RigidBody(sphere, 200.0))};
 };
 
 /// Balls of two materials, each in a contact group of its own, that fly into a corner and at each other, with walls
