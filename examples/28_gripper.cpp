@@ -4,8 +4,7 @@
 ///
 /// What must come out: while the fingers hold the cube, each presses with the force of its drive, and both together
 /// bear the weight. By Coulomb the cube hangs if the force of each finger is above weight / (2 μ), and is left behind
-/// if it is below. So it is for fingers that cover the faces of the cube, as these do; at the edges of smaller ones the
-/// cube catches, within a cell. The program prints the forces when a phase ends.
+/// if it is below. The program prints the forces when a phase ends.
 #include "support/run.hpp"
 #include <firn/firn.hpp>
 #include <firn/rigid_body.hpp>

@@ -265,3 +265,66 @@ TEST_CASE("A rigid body refuses an acceleration that depends on the place") {
     test_support::check_refused<usage_error>([&] { run.step([]<class P>(const Vec<P, 2>& x) { return x * P(-1); }); },
                                              "the same everywhere");
 }
+
+namespace {
+/// A rigid block slides down a slab of elastic matter, from rest: its acceleration over g (sin θ − μ cos θ), and its
+/// speed at the end [m/s]. The block is let go when the weight of both is on the slab.
+struct Slide {
+    double acceleration, speed;
+};
+Slide slide(Angle slope, double friction) {
+    using Block = RigidBody<Collider<Box<double, 2>>>;
+    const double h = 1.0 / 40, top = 0.15, angle = slope.in_radians(), g = 9.81;
+    const Domain<2> domain{{0, 0}, {2, 0.5}, h};
+    auto walls = Walls<double, 2>::all(domain.lower, domain.upper, {Contact::slip, 0});
+    walls.at_lower[1].contact = Contact::stick;
+    walls.at_upper[1].contact = Contact::none;
+    Collider<Box<double, 2>> box{.shape = {{0.2, 0.05}}, .friction = friction, .position = {0.4, top + 0.05}};
+    Block block(box, 1000.0);
+    block.drive.keep(0, 0);
+    Run<double, 2, Block> run(domain, FixedCorotated<double>::from_young_poisson(1e7, 0.3), Coloured{1},
+                              Around<double, 2, Block>{Together(walls, block)});
+    run.add(sample_box<2>({0, 0}, {2, top}, {.spacing = h / 2}), 1000);
+    run.warn = {};
+    while (run.time() < 0.3) {
+        run.gravity = Vec<double, 2>{std::sin(angle), -std::cos(angle)} * (g * std::min(run.time() / 0.2, 1.0));
+        run.step();
+    }
+    body_of(run).drive.release(0);
+    run.advance(0.1);
+    const double before = body_of(run).velocity()[0], start = run.time();
+    run.advance(0.2);
+    const double speed = body_of(run).velocity()[0];
+    return {(speed - before) / ((run.time() - start) * g * (std::sin(angle) - friction * std::cos(angle))), speed};
+}
+}  // namespace
+
+TEST_CASE("A rigid block slides down an incline of elastic matter by Coulomb's law") {
+    CHECK(slide(degrees(30), 0.3).acceleration == Approx(1).epsilon(0.015));
+    CHECK(slide(degrees(30), 0.0).acceleration == Approx(1).epsilon(0.015));
+    // tan⁻¹ 0.3 is 16.7°.
+    CHECK(slide(degrees(17.2), 0.3).acceleration == Approx(1).epsilon(0.015));
+    CHECK(std::abs(slide(degrees(16.2), 0.3).speed) <= 2e-3);
+}
+
+TEST_CASE("A block between boxes that are shorter than it falls freely without friction") {
+    for (const double beside : {0.0, 0.25, 0.5, 1.0}) {
+        CAPTURE(beside);
+        const double h = 0.01, side = 0.16;
+        using Post = Collider<Box<double, 2>>;
+        Post left{.shape = {{0.03, 0.05}}}, right = left;
+        left.position = {0.32 - side / 2 - 0.03 - beside * h, 0.32};
+        right.position = {0.32 + side / 2 + 0.03 + beside * h, 0.32};
+        SimulationWith<2, FixedCorotated<double>, GapContact<Together<Post, Post>>> run(
+            {{0, 0}, {0.64, 0.64}, h}, FixedCorotated<double>::from_young_poisson(1e5, 0.3), Coloured{1},
+            GapContact{Together(left, right)});
+        run.add(
+            sample_box<2>({0.32 - side / 2, 0.32 - side / 2}, {0.32 + side / 2, 0.32 + side / 2}, {.spacing = h / 2}),
+            1000);
+        run.warn = {};
+        const auto height = [&] { return run.totals().first_moment[1] / run.totals().mass; };
+        const double before = height();
+        run.advance(0.1);
+        CHECK((before - height()) / (0.5 * 9.81 * 0.01) == Approx(1).epsilon(0.02));
+    }
+}

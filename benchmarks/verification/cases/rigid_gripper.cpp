@@ -249,9 +249,8 @@ void check_slip(Case& report) {
     for (const double gap : {0.0, 0.25, 0.5, 1.0})
         caught += formatted("%s%.2f cells (beside it by %g h)", gap == 0 ? "" : ", ", fallen_past_edges(gap), gap);
     report.remark(
-        "The fingers are higher than the cube because GapContact lets matter catch at edges: nodes above a solid take "
-        "the matter beside it for matter in it. Even without friction, a cube between two fixed boxes of 0.1 m does "
-        "not fall freely. In the time of a fall by 4.9 cells it falls by " +
+        "Matter does not catch at the edges of boxes: a cube between two fixed boxes of 0.1 m, without friction, falls "
+        "freely. In the time of a fall by 4.9 cells it falls by " +
         caught + ".");
 }
 

@@ -396,12 +396,28 @@ private:
     /// face, such matter is deep in the solid, and must not move out of it through the first one: the solid would pull
     /// at matter that leaves. So the face is looked for at the middle of the matter. It is taken if it looks the other
     /// way, if the node lies behind it, and if the gap is wider.
+    ///
+    /// A convex solid with plane faces touches matter at the face from which the gap is widest: the planes of all
+    /// others cut through the matter.
     /// \param local    the node in the shape's coordinates [m];  \param R  turns the shape's axes to those of space
     /// \param nearest  nearest(n) returns how far matter lies from the node along n [m]
     /// \param gap      between face and matter [m];  \param normal  of the face, into free space
     template <class Nearest>
     [[gnu::cold, gnu::noinline]] void look_at_matter(const Vec<S, D>& local, const Mat<S, D>& R, const Nearest& nearest,
                                                      S& gap, Vec<S, D>& normal) const {
+        const auto widest = [&](const S& from, const Vec<S, D>& outward) {
+            const Vec<S, D> face = R * outward;
+            const S there = from - S(thickness) + nearest(face);
+            if (!(there > gap)) return;
+            gap = there;
+            normal = face;
+        };
+        if constexpr (is_convex<Shape> && requires { shape.planes(local, widest); }) {
+            shape.planes(local, widest);
+            return;
+        }
+        constexpr double clear_overlap = 0.1;  // [cells]; matter that rests on a surface overlaps by less
+        if (!(gap < S(-clear_overlap) * S(cell_size))) return;
         const S middle = S(0.5) * (nearest(normal) - nearest(-normal));
         const Vec<S, D> of_matter = local + transpose(R) * normal * middle, face = R * normal_of(shape, of_matter);
         const S cosine = dot(face, normal), of_node = shape.signed_distance(of_matter) - middle * cosine - S(thickness);

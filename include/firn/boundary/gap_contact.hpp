@@ -38,6 +38,9 @@ inline constexpr bool never = false;
 /// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
 ///
+/// At the edges of a box, the face acts from which the gap is widest, as no plane of another face separates matter and
+/// box: what slides past an edge does not catch at it. At edges of other shapes it does, within a cell.
+///
 /// A solid may be thin: nodes behind it, which are nearer to its other face, act by the face that matter touches. A
 /// plate, capsule, ball or mesh of 0.4 cells or more pulls at matter that leaves it with less than 1 % of the force
 /// that it pressed with. But matter on both sides of a solid thinner than 2.5 cells shares nodes, and moves as one
@@ -145,8 +148,7 @@ inline constexpr double boundary_reach = 0.25;
 ///                  returns at least `none`, or no number.
 template <int D, class Nearest>
 struct ActByGap {
-    static constexpr double none = 1e30;          ///< Above any distance [m].
-    static constexpr double clear_overlap = 0.1;  ///< Matter that rests on a surface overlaps by less [cells].
+    static constexpr double none = 1e30;  ///< Above any distance [m].
 
     double cell_size;        ///< h [m]
     double dt;               ///< time step [s]
@@ -156,7 +158,7 @@ struct ActByGap {
     /// push, this is v to the bit.
     /// \param distance  of the node from the surface [m];  \param normal  of the surface, into free space
     /// \param velocity  of the surface [m/s]
-    /// \param look      optional, a function: where matter overlaps clearly, look(nearest, gap, normal) may replace the
+    /// \param look      optional, a function: where matter overlaps, look(nearest, gap, normal) may replace the
     ///                  gap [m] and the normal by those of another face
     template <class... Look>
     Vec<double, D> operator()(const Vec<double, D>& v, double distance, Vec<double, D> normal,
@@ -192,7 +194,7 @@ struct ActByGap {
     template <class... Look>
     double gap_to(double distance, Vec<double, D>& normal, const Look&... look) const {
         double gap = distance + nearest(normal);
-        if (gap < -clear_overlap * cell_size) (look(nearest, gap, normal), ...);
+        if (gap < 0) (look(nearest, gap, normal), ...);
         return gap;
     }
 
