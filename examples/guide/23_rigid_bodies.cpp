@@ -19,6 +19,9 @@
 //! | a hundred of one shape | `firn::BoundaryList<firn::RigidBody<…>>` as a part |
 //! | a body that moves as given, whatever pushes it | a firn::Collider with velocities, not a body |
 //!
+//! The example `28_gripper` lifts a cube with two fingers; `29_wheel` drives a wheel with lugs through sand, and has a shape
+//! from a grid of distances with a mass of its own.
+//!
 //! The boundary must be a firn::GapContact, so that matter touches bodies where they are. The origin of the shape is the
 //! centre of mass. States have the bodies; a restart goes on with the same bits, as do any number of threads and ranks.
 //!
