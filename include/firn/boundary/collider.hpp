@@ -209,14 +209,24 @@ struct Collider {
     template <class Others, class Seen>
     FIRN_INLINE void acting_surfaces(const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
                                      const Seen& seen) const {
+        constexpr bool moves = !is_flat<Shape> && !has_faces<Shape> && !std::same_as<Others, NoOthers>;
+        Vec<S, D> way = Vec<S, D>::zero();  // of the node, out of other solids
+        if constexpr (looks_first) {
+            if constexpr (moves) {
+                if (is_beyond(x, layer() + sight() * cell_size)) return;
+                way = way_out_of(others, x);
+            }
+            if (is_beyond(x, layer()) && is_beyond(x + way, layer())) return;
+        }
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
         const S thick = S(layer());
         Vec<S, D> local = transpose(R) * (x - cast<S>(position));
         S distance = named("distance", shape.signed_distance(local));
         S nearest = distance, told = distance;
-        if constexpr (!is_flat<Shape> && !has_faces<Shape> && !std::same_as<Others, NoOthers>) {
+        if constexpr (moves) {
             if (!any(distance <= thick + S(sight()) * S(cell_size))) return;
-            const Vec<S, D> beside = local + transpose(R) * way_out_of(others, x);
+            if constexpr (!looks_first) way = way_out_of(others, x);
+            const Vec<S, D> beside = local + transpose(R) * way;
             told = shape.signed_distance(beside);
             nearest = min(distance, told);
             if constexpr (caps) {  // what is capped has no normal
@@ -262,10 +272,16 @@ struct Collider {
         return shape.exact_up_to() - layer();
     }
 
-    /// Calls `seen` for the outer surface of the layer; for each of its faces if the shape names its faces. \see
-    /// has_surfaces
+    /// Returns a distance [m]: solids whose surfaces() are farther from a node do not change how this collider acts on
+    /// it.
+    FIRN_INLINE P sees_others_within() const { return P(off_others) * cell_size; }
+
+    /// Calls `seen` for the outer surface of the layer; for each of its faces if the shape names its faces. If `seen`
+    /// has a number `within` [m], surfaces at that distance or farther may be left out. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        if constexpr (looks_first && requires { seen.within; })
+            if (is_beyond(x, layer() + seen.within)) return;
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
         const Vec<S, D> local = transpose(R) * (x - cast<S>(position));
         const auto tell = [&](const S& distance, const Vec<S, D>& normal) FIRN_LAMBDA {
@@ -319,6 +335,15 @@ private:
         farthest_off = 4;                    ///< largest displacement along each axis in way_out_of() [cells]
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
+
+    /// Whether is_beyond() is asked before the shape: in double, in which surfaces act by the gap of particles.
+    static constexpr bool looks_first = std::same_as<S, double> && requires(const Shape of) { of.extent(); };
+    /// Returns true if x is certainly farther than `far` [m] from the shape, by a ball around it.
+    bool is_beyond(const Vec<double, D>& x, double far) const {
+        const Vec<double, D> arm = x - position;
+        const double most = (shape.extent() + far) * (1 + 1e-6);  // more than rounding
+        return dot(arm, arm) > most * most;
+    }
 
     /// Calls tell(acts, distance, normal) for further faces of a concave corner that a node is near, with the distances
     /// of the node from their planes.

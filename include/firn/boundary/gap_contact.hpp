@@ -8,6 +8,8 @@
 
 #include <concepts>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace firn::inline FIRN_BUILD {
 
@@ -253,6 +255,56 @@ concept has_velocity_by_gap = requires(const B b, const Vec<double, D> x, const 
     { b.velocity_by_gap(x, x, act) } -> std::same_as<Vec<double, D>>;
 };
 
+namespace detail {
+
+/// The surfaces of a boundary near a node. They are found once for all parts, as each part looks at those of the
+/// others: else many solids take a time that grows with the square of their number.
+template <class B, int D>
+class SurfacesAtNode {
+public:
+    SurfacesAtNode(const B& boundary, const Vec<double, D>& x) : boundary_(boundary), x_(x) {}
+
+    /// Returns a function like those that for_parts() gives part k, which leaves out surfaces at the distance `within`
+    /// [m] or farther. Call it for this node only, with the same distance for all parts.
+    auto others_of(int k, double within) {
+        return [this, k, within](const Vec<double, D>&, const auto& see) {
+            if (!std::exchange(are_found_, true)) find(within);
+            for (const One& one : all_)
+                if (one.part != k) see(one.distance, one.normal, one.velocity, one.contact, one.friction);
+        };
+    }
+
+private:
+    struct One {
+        int part;
+        double distance;
+        Vec<double, D> normal, velocity;
+        Contact contact;
+        double friction;
+    };
+    struct Note {
+        std::vector<One>& all;
+        int part;
+        double within;
+        void operator()(double distance, const Vec<double, D>& normal, const Vec<double, D>& velocity, Contact contact,
+                        double friction) const {
+            if (distance < within) all.push_back({part, distance, normal, velocity, contact, friction});
+        }
+    };
+    void find(double within) {
+        for_parts(boundary_, NoOthers{}, [&]<class Part>(const Part& part, const auto&, int k) {
+            if constexpr (has_surfaces<Part, double, D>) part.surfaces(x_, Note{all_, k, within});
+        });
+    }
+
+    const B& boundary_;
+    const Vec<double, D>& x_;
+    std::vector<One> all_{};
+    bool are_found_ = false;
+};
+
+}  // namespace detail
+
 /// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted by the gap of particles:
 /// first all surfaces at once, then parts of which firn does not know the surfaces, one after another.
 /// \param act   how surfaces act. \see ActByGap
@@ -261,9 +313,15 @@ template <class B, int D, class Act, class Seen>
 Vec<double, D> velocity_by_gap(const B& boundary, const Vec<double, D>& x, const Vec<double, D>& v, const Act& act,
                                const Seen& seen) {
     NodeAtSurfaces<double, D> node(v);
-    for_parts(boundary, NoOthers{}, [&]<class Part>(const Part& part, const auto& beside, int k) {
-        if constexpr (has_acting_surfaces<Part, double, D>)
-            part.acting_surfaces(x, v, beside, detail::AddByGap<D, Act>{act, node, k, v});
+    detail::SurfacesAtNode<B, D> near(boundary, x);
+    for_parts(boundary, NoOthers{}, [&]<class Part, class Beside>(const Part& part, const Beside& beside, int k) {
+        if constexpr (has_acting_surfaces<Part, double, D>) {
+            const detail::AddByGap<D, Act> add{act, node, k, v};
+            if constexpr (requires { part.sees_others_within(); } && !std::same_as<Beside, NoOthers>)
+                part.acting_surfaces(x, v, near.others_of(k, part.sees_others_within()), add);
+            else
+                part.acting_surfaces(x, v, beside, add);
+        }
     });
     Vec<double, D> after = node.velocity(seen);
     for_parts(boundary, NoOthers{}, [&]<class Part>(const Part& part, const auto&, int k) {
