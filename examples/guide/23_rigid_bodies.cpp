@@ -123,7 +123,14 @@ bool plate_stops() {
 //! 3. let the engine act with −impulse / dt and −angular_impulse / dt for the time dt, in as many substeps as it likes.
 //!
 //! This is *staggered*: forces come a step late. It is stable for bodies that are heavier than the matter at the nodes they
-//! touch, 2D cells · h² · density; for lighter ones use a RigidBody, whose `force` and `torque` may be the engine's.
+//! touch, 2D cells · h² · density. For lighter ones firn has a RigidBody for each body of the engine:
+//!
+//! 1. before a step, give it the position and the rotation, then the velocities by `set_velocity()`; gravity acts in firn;
+//! 2. after the step, `body.velocity()` and `body.angular_momentum` are those after the push of matter: give them to the
+//!    engine, whose own gravity is zero, and let it collide and move its bodies for the time dt.
+//!
+//! So [30_boxes](../30_boxes.cpp) pours light boxes of Bullet into sand. What the engine's contacts push, matter bears in
+//! the next step.
 struct Engine {  // here one ball, with gravity
     firn::Vec<double, 2> position{}, velocity{};
     double mass = 0;
