@@ -129,7 +129,7 @@ bool plate_stops() {
 //! 2. after the step, `body.velocity()` and `body.angular_momentum` are those after the push of matter: give them to the
 //!    engine, whose own gravity is zero, and let it collide and move its bodies for the time dt.
 //!
-//! So [30_boxes](../30_boxes.cpp) pours light boxes of Bullet into sand. What the engine's contacts push, matter bears in
+//! So the example `30_boxes` pours light boxes of Bullet into sand. What the engine's contacts push, matter bears in
 //! the next step.
 struct Engine {  // here one ball, with gravity
     firn::Vec<double, 2> position{}, velocity{};

@@ -1,5 +1,5 @@
-// A header that is read before those of traced numbers calls firn::exp and its like with them, too; std::exp takes C++'s
-// own numbers only.
+// A header that is read before those of traced numbers calls firn::exp and its like with them, too; std::exp takes
+// numbers of C++ only.
 // expect: no matching function for call to
 #include <firn/math/elementary.hpp>
 

@@ -191,6 +191,7 @@ inline constexpr bool acts_by_gap = false;
 /// Whether a boundary of type B, or a part of it, is a body that matter pushes. \see RigidBody
 template <class B>
 inline constexpr bool has_rigid_bodies = requires { B::is_rigid_body; };
+/// The same for boundaries that consist of others.
 template <template <class...> class All, class... B>
     requires detail::has_boundaries<All<B...>>
 inline constexpr bool has_rigid_bodies<All<B...>> =

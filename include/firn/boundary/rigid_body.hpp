@@ -19,8 +19,8 @@ template <int D>
 struct MassOfBody {
     /// A number in 2D, a symmetric matrix in 3D.
     using Inertia = std::conditional_t<D == 2, double, Mat<double, 3>>;
-    double mass;
-    Inertia inertia;
+    double mass;      ///< [kg]
+    Inertia inertia;  ///< about the centre of mass [kg m²]
 };
 
 /// \name Bodies of uniform density [kg/m³]; in 2D, of a slice one metre thick
@@ -110,11 +110,11 @@ struct named_rigid_body {
 /// \tparam C  the Collider, with the shape, the contact, the friction, the place and the rotation
 template <class C>
 struct RigidBody {
-    using S = typename C::S;        ///< The scalar type of the shape.
-    static constexpr int D = C::D;  ///< The number of dimensions of space: 2 or 3.
-    static constexpr bool is_rigid_body = true;
-    static constexpr int motions = D == 2 ? 3 : 6;  ///< Number of ways to move. \see Motions
-    using Inertia = typename MassOfBody<D>::Inertia;
+    using S = typename C::S;                          ///< The scalar type of the shape.
+    static constexpr int D = C::D;                    ///< The number of dimensions of space: 2 or 3.
+    static constexpr bool is_rigid_body = true;       ///< Matter pushes it. \see has_rigid_bodies
+    static constexpr int motions = D == 2 ? 3 : 6;    ///< Number of ways to move. \see Motions
+    using Inertia = typename MassOfBody<D>::Inertia;  ///< The type of an inertia.
 
     C collider{};                                      ///< Shape, contact, place and rotation; and velocities.
     double mass = 0;                                   ///< [kg]
