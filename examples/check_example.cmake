@@ -182,8 +182,8 @@ elseif(program STREQUAL "29_wheel")
     says("bears (0[.]99|1[.]00).*slip +0[.]2" ${small} --time 3.5 --pull 0.3 --output free)
     return()
 elseif(program STREQUAL "30_boxes")
-    says("the sand bears (0[.]9[5-9]|1[.]0[0-5]).* of their weight" --boxes 5 --particles 6000 --frames 1 --threads 1
-         --time 0.9 --output rest)
+    says("the sand bears (0[.]9[5-9]|1[.]0[0-5]).* of their weight" --boxes 5 --particles 12000 --frames 1 --threads 1
+         --time 1.2 --output rest)
     return()
 endif()
 if(program STREQUAL "02_two_cubes")
