@@ -4,8 +4,8 @@
 /// In each step firn takes poses and velocities of the boxes from Bullet, and finds their velocities together with the
 /// impulses of sand and gravity. Bullet takes these velocities, lets the boxes collide, and moves them. As firn finds
 /// box and sand together, boxes may be far lighter than sand: forces of sand that come a step late would throw them up.
-/// What boxes push each other with comes a step late: a box under others that land enters the sand, and leaves it
-/// again.
+/// What boxes push each other with comes a step late: a box on which others land enters the sand, by up to about a
+/// cell.
 ///
 /// What must come out: boxes that have come to rest stand on sand alone, so that it bears their weight; they have not
 /// sunk into each other. The program prints both.

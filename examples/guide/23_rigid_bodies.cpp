@@ -130,7 +130,7 @@ bool plate_stops() {
 //!    engine, whose own gravity is zero, and let it collide and move its bodies for the time dt.
 //!
 //! So the example `30_boxes` pours light boxes of Bullet into sand. What the engine's contacts push, matter bears in
-//! the next step.
+//! the next step: a box on which others land enters matter, by up to about a cell there; short steps help.
 struct Engine {  // here one ball, with gravity
     firn::Vec<double, 2> position{}, velocity{};
     double mass = 0;
