@@ -48,8 +48,8 @@ inline constexpr bool never = false;
 /// that it pressed with. But matter on both sides of a solid thinner than 2.5 cells shares nodes, and moves as one
 /// there, unless each side has a contact group of its own. A simulation warns of such solids.
 ///
-/// GapContact must be the outermost boundary. It takes Walls, Collider, Together and BoundaryList, and every boundary
-/// that has, besides what boundary/concept.hpp asks for,
+/// GapContact must be the outermost boundary. It takes Walls, Collider, RigidBody, Together and BoundaryList, and every
+/// boundary that has, besides what boundary/concept.hpp asks for,
 ///
 ///     Vec velocity_by_gap(x, v, act)   the velocity [m/s] of a node at x [m] after the boundary has acted. For each
 ///                                      surface that acts on the node, the function replaces v by
