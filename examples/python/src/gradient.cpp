@@ -31,7 +31,7 @@ Boundary<D> boundary_of(const firn::SimulationChoice<D>& choice) {
         std::get<0>(boundary.parts) = firn::detail::default_boundary<firn::Walls<double, D>, double>(choice.domain);
         return boundary;
     }
-    const auto all = firn::detail::boundary_of<double, D>(*choice.boundary, choice.domain);
+    const auto all = firn::detail::boundary_of<double>(firn::OfferedShapes<>{}, *choice.boundary, choice.domain);
     [&]<std::size_t... K>(std::index_sequence<K...>) {
         ((std::get<K>(boundary.parts) = std::get<K>(all.parts)), ...);
     }(std::make_index_sequence<std::tuple_size_v<decltype(boundary.parts)>>{});
@@ -72,7 +72,7 @@ public:
         const auto& interval = gradient.intervals.at(0);  // there was one call of advance()
         by.gravity.assign(interval.gravity.v, interval.gravity.v + D);
         if (!choice_.boundary) return by;
-        for (const firn::detail::PlaceOfPart& place : firn::detail::places_of(*choice_.boundary))
+        for (const firn::detail::PlaceOfPart& place : firn::detail::places_of(*choice_.boundary, {}))
             firn::detail::with_part(interval.boundary, place, [&](const auto& part) {
                 firn::Json json;
                 firn::detail::write(json, firn::BoundaryPart<D>(part));

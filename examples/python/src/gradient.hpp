@@ -34,8 +34,7 @@ class RunAndBack {
 public:
     virtual ~RunAndBack() = default;
     /// Takes steps until `duration` [s] has passed, and goes back. To be called once.
-    /// \param by_position, by_velocity  the derivatives by the positions [per m] and velocities [per m/s] at the end,
-    /// of
+    /// \param by_position, by_velocity  the derivatives by the positions [per m] and velocities [per m/s] at the end, of
     ///                                  one particle after the other in the order of ids; if they are empty, all are 0
     virtual ByStart back(double duration, std::span<const double> by_position, std::span<const double> by_velocity) = 0;
 };
@@ -44,8 +43,7 @@ public:
 /// other types, and compilers may join products and sums elsewhere.
 /// \param memory  for checkpoints [bytes]. \see firn::AdjointOptions
 /// \throws firn::parameter_error  if the simulation is one without derivatives: the message says what has them; or if
-/// the
-///                                memory is too small
+///                                the memory is too small
 template <int D>
 std::unique_ptr<RunAndBack> run_and_back(const firn::AnySimulation<D>& simulation, std::size_t memory);
 

@@ -134,7 +134,6 @@ template <class C, int D = C::D>
 MovingBody<D> moving(const RigidBody<C>& body, int part, const Vec<double, D>& acceleration, double dt) {
     MovingBody<D> one{.part = part, .centre = body.collider.position, .drive = body.drive};
     constexpr int n = MovingBody<D>::n;
-    for (auto* const matrix : {&one.inertia, &one.inverse_inertia}) matrix->fill(Motions<D>::zero());
     for (int a = 0; a < D; ++a) {
         one.inertia[std::size_t(a)][a] = body.mass;
         one.inverse_inertia[std::size_t(a)][a] = 1 / body.mass;
@@ -206,13 +205,8 @@ template <int D>
 struct PushOfBody {
     static constexpr int n = MovingBody<D>::n;
     std::size_t body;
-    Motions<D> impulse = Motions<D>::zero();         ///< R [N s], [N m s]
-    typename MovingBody<D>::Matrix slope = zeros();  ///< ∂R/∂u
-    static typename MovingBody<D>::Matrix zeros() {
-        typename MovingBody<D>::Matrix all;
-        all.fill(Motions<D>::zero());
-        return all;
-    }
+    Motions<D> impulse = Motions<D>::zero();    ///< R [N s], [N m s]
+    typename MovingBody<D>::Matrix slope = {};  ///< ∂R/∂u
     /// Adds the impulse on a node at `arm` from the centre, and its derivative by the body's velocity there.
     void add(const Vec<double, D>& arm, const Vec<double, D>& on_matter, const Mat<double, D>& by_velocity) {
         // The velocity at `arm` is J u, and R = Jᵀ impulse.
