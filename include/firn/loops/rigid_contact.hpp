@@ -8,13 +8,15 @@
 ///
 /// where f is the force of the drive. Where gaps, normals and masses of nodes are found once, R is cheap. Without
 /// friction the equation says that a convex energy, ½ |u − u*|² of the body and ½ |Δv|² of the nodes, is least, so that
-/// contact never adds energy. It is solved by Newton's method with the derivatives of each node's contact, body by
-/// body, and steps that are halved until the residual falls. Bodies get the impulses that nodes got, so that momenta
-/// are conserved however far it is solved. Sums over nodes are exact and rounded once. \see ExactSum
+/// contact never adds energy. It is solved by Newton's method, for each body with the others as they are. Surfaces act
+/// in turn where a body is among them, so that R has no jumps. \see boundary/in_turn.hpp. Bodies get the impulses that
+/// nodes got, so that momenta are conserved however far it is solved. Sums over nodes are exact and rounded once. \see
+/// ExactSum
 #pragma once
 
-#include <firn/boundary/rigid_body.hpp>
+#include <firn/boundary/in_turn.hpp>
 #include <firn/loops/gap_contact.hpp>
+#include <firn/loops/moving_body.hpp>
 
 #include <algorithm>
 #include <array>
@@ -28,148 +30,6 @@ namespace firn::inline FIRN_BUILD {
 
 namespace detail {
 
-/// A body as the solver sees it: its motions, and what acts on it besides matter.
-template <int D>
-struct MovingBody {
-    static constexpr int n = D == 2 ? 3 : 6;  ///< number of motions
-    using Motion = Motions<D>;
-    using Matrix = std::array<Motion, std::size_t(n)>;  ///< rows
-
-    int part = 0;                                    ///< index among the parts of the boundary
-    Vec<double, D> centre = Vec<double, D>::zero();  ///< [m]
-    Matrix inertia = {};                             ///< M [kg], [kg m²]
-    Matrix inverse_inertia = {};                     ///< M⁻¹
-    Motion free = Motion::zero();                    ///< M u*: momenta without contact and drive [kg m/s], [kg m²/s]
-    Motion velocity = Motion::zero();                ///< u [m/s], [rad/s]
-    Drive<D> drive{};                                ///< what drives it
-    Motion to_target = Motion::zero();               ///< where springs end, from the place of the body [m], [rad]
-    Motion force = Motion::zero();                   ///< of the drive [N], [N m]
-    std::array<bool, std::size_t(n)> kept = {};      ///< whether a motion has exactly the velocity of the drive
-
-    /// Returns the velocity of the body at x [m/s].
-    Vec<double, D> velocity_at(const Vec<double, D>& x) const {
-        const Vec<double, D> arm = x - centre;
-        if constexpr (D == 2)
-            return {velocity[0] - velocity[2] * arm[1], velocity[1] + velocity[2] * arm[0]};
-        else
-            return Vec<double, 3>{velocity[0], velocity[1], velocity[2]} +
-                   cross(Vec<double, 3>{velocity[3], velocity[4], velocity[5]}, arm);
-    }
-    /// Finds the drive's force along a motion at the end of a step of dt, and adds to a row of the equation.
-    /// \param without  M (u − u*) + R of this motion;  \param row  the derivative of this
-    /// \return         the residual of this motion
-    double drive_along(int i, double dt, double without, Motion& row) {
-        const auto at = std::size_t(i);
-        const double most = drive.most[i], missing = drive.velocity[i] - velocity[i];
-        if (drive.keeps_if_it_can(i)) {
-            // The velocity is kept, unless that takes too large a force.
-            const double own = inertia[at][i], needed = (without + own * missing) / dt;
-            kept[at] = std::abs(needed) <= most;
-            force[i] = kept[at] ? without / dt : std::copysign(most, needed);
-            if (!kept[at]) return without - dt * force[i];
-            row = Motion::zero();
-            row[i] = own;
-            return -own * missing;
-        }
-        const double k = drive.stiffness[i], c = drive.damping[i];
-        force[i] = k * (to_target[i] - dt * velocity[i]) + c * missing;
-        if (std::abs(force[i]) <= most)
-            row[i] += dt * (k * dt + c);
-        else
-            force[i] = std::copysign(most, force[i]);
-        return without - dt * force[i];
-    }
-};
-
-/// Returns A x.
-template <int n>
-Vec<double, n> product(const std::array<Vec<double, n>, std::size_t(n)>& A, const Vec<double, n>& x) {
-    Vec<double, n> y{};
-    for (int i = 0; i < n; ++i) y[i] = dot(A[std::size_t(i)], x);
-    return y;
-}
-/// Returns x with A x = b, by elimination with the largest pivot of each column.
-template <int n>
-Vec<double, n> solved(std::array<Vec<double, n>, std::size_t(n)> A, Vec<double, n> b) {
-    for (std::size_t i = 0; i < n; ++i) {
-        std::size_t pivot = i;
-        for (std::size_t k = i + 1; k < n; ++k)
-            if (std::abs(A[k][int(i)]) > std::abs(A[pivot][int(i)])) pivot = k;
-        std::swap(A[i], A[pivot]);
-        std::swap(b[int(i)], b[int(pivot)]);
-        for (std::size_t k = i + 1; k < n; ++k) {
-            const double factor = A[k][int(i)] / A[i][int(i)];
-            A[k] = A[k] - A[i] * factor;
-            b[int(k)] -= b[int(i)] * factor;
-        }
-    }
-    for (int i = n - 1; i >= 0; --i) {
-        for (int k = i + 1; k < n; ++k) b[i] -= A[std::size_t(i)][k] * b[k];
-        b[i] /= A[std::size_t(i)][i];
-    }
-    return b;
-}
-
-/// Calls f(body, part) for each rigid body of a boundary, with the index of its part.
-template <class B, class F>
-void for_bodies(B& boundary, const F& f, int first = 0) {
-    using Boundary = std::remove_const_t<B>;
-    if constexpr (!has_rigid_bodies<Boundary>) {
-        return;
-    } else if constexpr (requires { Boundary::is_rigid_body; }) {
-        f(boundary, first);
-    } else if constexpr (requires { boundary.parts; }) {
-        std::apply([&](auto&... part) { ((for_bodies(part, f, first), first += firn::part_count(part)), ...); },
-                   boundary.parts);
-    } else if constexpr (requires { boundary.all; }) {
-        for (auto& one : boundary.all) for_bodies(one, f, first), first += firn::part_count(one);
-    } else {
-        for_bodies(boundary.boundary, f, first);
-    }
-}
-
-/// Returns a body as the solver sees it.
-/// \param acceleration  [m/s²];  \param dt  [s]
-template <class C, int D = C::D>
-MovingBody<D> moving(const RigidBody<C>& body, int part, const Vec<double, D>& acceleration, double dt) {
-    MovingBody<D> one{.part = part, .centre = body.collider.position, .drive = body.drive};
-    constexpr int n = MovingBody<D>::n;
-    for (int a = 0; a < D; ++a) {
-        one.inertia[std::size_t(a)][a] = body.mass;
-        one.inverse_inertia[std::size_t(a)][a] = 1 / body.mass;
-        one.free[a] = body.momentum[a] + dt * (body.mass * acceleration[a] + body.force[a]);
-        one.to_target[a] = body.drive.position[a] - body.collider.position[a];
-    }
-    const auto about = body.inertia_in_space(body.collider.rotation);
-    const auto turn = turn_between(body.collider.rotation, body.drive.rotation);
-    if constexpr (D == 2) {
-        one.inertia[2][2] = about, one.inverse_inertia[2][2] = 1 / about;
-        one.free[2] = body.angular_momentum + dt * body.torque;
-        one.to_target[2] = turn;
-    } else {
-        const Mat<double, 3> inverse = inverse_transposed(about);
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                one.inertia[std::size_t(3 + i)][3 + j] = about(i, j);
-                one.inverse_inertia[std::size_t(3 + i)][3 + j] = inverse(i, j);
-            }
-            one.free[3 + i] = body.angular_momentum[i] + dt * body.torque[i];
-            one.to_target[3 + i] = turn[i];
-        }
-    }
-    one.velocity = product<n>(one.inverse_inertia, one.free);
-    for (int i = 0; i < n; ++i)
-        if (one.drive.keeps(i)) one.velocity[i] = one.drive.velocity[i];
-    return one;
-}
-
-/// A surface near a node, and the gap between it and matter [m].
-template <int D>
-struct SurfaceByGap {
-    ActingSurface<double, D> is;
-    double gap;
-    int part;
-};
 /// A node that surfaces may act on.
 template <int D>
 struct NodeByGap {
@@ -177,12 +37,14 @@ struct NodeByGap {
     double mass;                    ///< [kg]
     int node;                       ///< index in its block
     std::uint32_t first, surfaces;  ///< its surfaces in the list of its block
+    bool has_body;                  ///< whether one of them is a body's
 };
 /// What surfaces may do in one block. It does not depend on the velocities of bodies.
 template <int D>
 struct BlockByGap {
     std::vector<NodeByGap<D>> nodes{};
     std::vector<SurfaceByGap<D>> surfaces{};
+    std::vector<std::size_t> bodies{};  ///< whose surfaces are among them
 };
 
 /// Notes the surfaces that may act on a node, with their gaps: a function like ActByGap.
@@ -224,35 +86,11 @@ struct PushOfBody {
     }
 };
 
-/// Returns the derivative, by the velocity of a surface, of the change of a node's velocity that the surface makes.
-/// \param change  what it changes the node's velocity by [m/s];  \param v  velocity of the node before [m/s]
-/// \param open    speed at which matter may approach the surface [m/s]
-template <int D>
-Mat<double, D> slope_of_contact(const ActingSurface<double, D>& surface, bool held, const Vec<double, D>& v,
-                                const Vec<double, D>& change, double open) {
-    const auto I = Mat<double, D>::identity();
-    if (!(dot(change, change) > 0)) return Mat<double, D>::zero();
-    if (held && surface.contact == Contact::stick) return I;
-    const Vec<double, D>& normal = surface.normal;
-    const Vec<double, D> relative = v - surface.velocity;
-    const double into = dot(relative, normal) + open;
-    const Vec<double, D> along = relative - normal * dot(relative, normal),
-                         rubbed = change - normal * dot(change, normal);
-    const double speed = norm(along);
-    const Mat<double, D> nn = outer(normal, normal);
-    if (!(norm(rubbed) > 1e-12 * speed)) return nn;
-    if (norm(rubbed) >= speed * (1 - 1e-9)) return I;  // sticks by friction
-    const Vec<double, D> t = along * (1 / speed);
-    const double mu = surface.friction;
-    return nn - outer(t, normal) * mu + (I - nn - outer(t, t)) * (-mu * std::min(into, 0.0) / speed);
-}
-
 /// Does the work of act_with_bodies().
 template <class Kernel, std::floating_point S, int D>
 class RigidContact {
     using Body = MovingBody<D>;
     static constexpr int n = Body::n;
-    static constexpr std::size_t numbers = std::size_t(n + n * n);
 
 public:
     RigidContact(int threads, const RankSums& ranks, SparseGrid<S, D>& grid, GapMemory<Kernel, S, D>& memory, double dt,
@@ -279,8 +117,13 @@ public:
             const AroundNode<Kernel, D> at_node(around, node);
             if (at_node.size() == 0) continue;
             const S* const values = grid_.nodes(place.block) + node * node_width;
-            NodeByGap<D> one{node_position(grid_, place.block, node), {}, double(values[node_mass]), node,
-                             std::uint32_t(block.surfaces.size()),    0};
+            NodeByGap<D> one{node_position(grid_, place.block, node),
+                             {},
+                             double(values[node_mass]),
+                             node,
+                             std::uint32_t(block.surfaces.size()),
+                             0,
+                             false};
             for (int a = 0; a < D; ++a) one.v[a] = double(values[a]);
             const auto nearest = [&](const Vec<double, D>& normal) {
                 return h * Separator<Kernel, D>::depth(at_node, normal);
@@ -289,44 +132,43 @@ public:
             velocity_by_gap<Boundary, D>(boundary, one.x, one.v, NoteGaps<D, decltype(nearest)>{act, block.surfaces},
                                          AnySurface{});
             one.surfaces = std::uint32_t(block.surfaces.size()) - one.first;
+            for (std::uint32_t k = 0; k < one.surfaces; ++k)
+                one.has_body = one.has_body || body_of(block.surfaces[one.first + k].part) != none;
             if (one.surfaces > 0) block.nodes.push_back(one);
         }
     }
 
-    /// Finds the velocities of the bodies. \return whether the residual became small
+    /// Finds the velocities of the bodies. \return whether all residuals became small
     bool solve() {
-        double scale = 0;
-        double residual = evaluate(scale);
-        std::vector<Motions<D>> start(bodies_.size()), step(bodies_.size());
-        for (int iteration = 0; iteration < most_iterations && !is_small(residual, scale); ++iteration) {
+        find_touched();
+        evaluate(true);
+        std::vector<Trial> trials(bodies_.size());
+        for (int iteration = 0; iteration < most_iterations; ++iteration) {
             for (std::size_t b = 0; b < bodies_.size(); ++b) {
-                start[b] = bodies_[b].velocity;
-                step[b] = solved<n>(matrices_[b], residuals_[b]);
+                Trial& trial = trials[b];
+                moves_[b] = !is_small(b) && trial.failures < most_failures;
+                if (moves_[b])
+                    trial = {bodies_[b].velocity, solved<n>(matrices_[b], residuals_[b]), squares_[b], 1,
+                             trial.failures};
             }
-            double part = 1, best = residual;
-            for (int halving = 0; halving < most_halvings; ++halving, part /= 2) {
-                for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b].velocity = start[b] - step[b] * part;
-                best = evaluate(scale);
-                if (best < residual || is_small(best, scale)) break;
-            }
-            if (!(best < residual) && !is_small(best, scale)) {  // rounding, or friction that has no better velocity
-                for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b].velocity = start[b];
-                evaluate(scale);
-                break;
-            }
-            residual = best;
+            if (!any_moves()) break;
+            improve(trials);
         }
-        return residual <= 1e-12 * scale;  // of squares
+        bool all_small = true;
+        for (std::size_t b = 0; b < bodies_.size(); ++b) all_small = all_small && squares_[b] <= 1e-12 * scales_[b];
+        return all_small;
     }
 
     /// Lets the surfaces act on the nodes of place i. \param reactions  one for each part, or nullptr
     void act(std::size_t i, Reaction<D>* reactions) {
         const auto& place = memory_.places()[i];
-        for (const NodeByGap<D>& one : blocks_[i].nodes) {
+        const BlockByGap<D>& block = blocks_[i];
+        for (const NodeByGap<D>& one : block.nodes) {
+            const auto see = [&](int part, const Vec<double, D>& change) {
+                if (reactions) add_impulse(reactions[part], one.x, one.mass, change);
+            };
             const Vec<double, D> after =
-                velocity_of(blocks_[i], one, [&](int part, const Vec<double, D>& before, const Vec<double, D>& then) {
-                    if (reactions) add_impulse(reactions[part], one.x, one.mass, then - before);
-                });
+                one.has_body ? beside_bodies(block, one, see) : between_others(block, one, see);
             S* const values = grid_.nodes(place.block) + one.node * node_width;
             for (int a = 0; a < D; ++a) values[a] = S(after[a]);
         }
@@ -334,10 +176,52 @@ public:
 
 private:
     static constexpr std::size_t none = std::size_t(-1);
-    static constexpr int most_iterations = 60, most_halvings = 12;
+    static constexpr int most_iterations = 30, most_halvings = 4, most_failures = 8;
+    static constexpr double blind_part = 0.25;
 
-    /// \param square  of the residual, in J;  \param scale  in J
-    static bool is_small(double square, double scale) { return !(square > 1e-28 * scale); }
+    /// A step of Newton's method for one body.
+    struct Trial {
+        Motions<D> start = Motions<D>::zero(), step = Motions<D>::zero();  ///< velocities
+        double square = 0;                                                 ///< of the residual at the start [J]
+        double part = 0;                                                   ///< of the step that is taken
+        int failures = 0;                                                  ///< how many steps did not help
+    };
+    bool any_moves() const { return std::find(moves_.begin(), moves_.end(), true) != moves_.end(); }
+    /// Moves bodies along their steps. Each step is halved until the residual of its body falls. If it does not, where
+    /// matter begins or ends to slide or to touch, a part of the step is taken all the same: it leads past that place.
+    void improve(std::vector<Trial>& trials) {
+        const auto is_left = [&](std::size_t b) {
+            return moves_[b] && !(squares_[b] < trials[b].square) && !is_small(b);
+        };
+        const auto place = [&](std::size_t b) {
+            bodies_[b].velocity = trials[b].start - trials[b].step * trials[b].part;
+        };
+        for (std::size_t b = 0; b < bodies_.size(); ++b)
+            if (moves_[b]) place(b);
+        evaluate(true);
+        std::vector<std::uint8_t> is_shorter(bodies_.size());
+        for (int halving = 0; halving < most_halvings; ++halving) {
+            for (std::size_t b = 0; b < bodies_.size(); ++b) {
+                moves_[b] = is_left(b);
+                if (!moves_[b]) continue;
+                is_shorter[b] = true;
+                trials[b].part /= 2;
+                place(b);
+            }
+            if (!any_moves()) break;
+            evaluate(false);
+        }
+        for (std::size_t b = 0; b < bodies_.size(); ++b)
+            if (is_left(b)) {
+                trials[b].part = ++trials[b].failures < most_failures ? blind_part : 0;
+                place(b);
+            }
+        moves_ = is_shorter;
+        if (any_moves()) evaluate(true);
+    }
+
+    /// Whether the residual of a body is small. Squares of residuals and scales are energies [J].
+    bool is_small(std::size_t b) const { return !(squares_[b] > 1e-20 * scales_[b]); }
     /// Returns ½ pᵀ M⁻¹ p [J].
     static double energy(const Body& body, const Motions<D>& p) {
         return 0.5 * dot(p, product<n>(body.inverse_inertia, p));
@@ -346,87 +230,155 @@ private:
         return std::size_t(part) < body_of_part_.size() ? body_of_part_[std::size_t(part)] : none;
     }
 
-    /// Returns the velocity of a node after its surfaces have acted. \see NodeAtSurfaces::velocity
-    template <class Seen>
-    Vec<double, D> velocity_of(const BlockByGap<D>& block, const NodeByGap<D>& one, const Seen& seen) const {
+    /// How much faster than it is a body is taken to be, where derivatives are found by differences.
+    struct Faster {
+        std::size_t body = none;
+        Vec<double, D> by = Vec<double, D>::zero();  ///< [m/s]
+    };
+    /// Returns the surfaces of a node, with the present velocities of bodies.
+    NodeInTurn<D> in_turn(const BlockByGap<D>& block, const NodeByGap<D>& one, const Faster& faster = {}) const {
+        NodeInTurn<D> node(one.v, boundary_reach * grid_.domain().cell_size, dt_);
+        for (std::uint32_t k = 0; k < one.surfaces; ++k) {
+            SurfaceByGap<D> surface = block.surfaces[one.first + k];
+            if (const std::size_t b = body_of(surface.part); b != none) {
+                surface.is.velocity = bodies_[b].velocity_at(one.x);
+                if (b == faster.body) surface.is.velocity += faster.by;
+            }
+            node.add(surface);
+        }
+        return node;
+    }
+    /// Returns the velocity of a node that a body may touch, after its surfaces have acted.
+    /// \param see  a function, called as see(part, change of the velocity) for each surface
+    template <class See>
+    Vec<double, D> beside_bodies(const BlockByGap<D>& block, const NodeByGap<D>& one, const See& see) const {
+        NodeInTurn<D> node = in_turn(block, one);
+        const Vec<double, D> after = node.velocity();
+        for (std::uint32_t k = 0; k < one.surfaces; ++k) see(block.surfaces[one.first + k].part, node.change(k));
+        return after;
+    }
+    /// Returns the velocity of another node after its surfaces have acted.
+    template <class See>
+    Vec<double, D> between_others(const BlockByGap<D>& block, const NodeByGap<D>& one, const See& see) const {
         static constexpr int no_matter = 0;
         const ActByGap<D, int> act{grid_.domain().cell_size, dt_, no_matter};
         NodeAtSurfaces<double, D> node(one.v);
         for (std::uint32_t k = 0; k < one.surfaces; ++k) {
             const SurfaceByGap<D>& surface = block.surfaces[one.first + k];
-            act.add_at(node, surface.part, one.v, moved(surface, one.x), surface.gap);
+            act.add_at(node, surface.part, one.v, surface.is, surface.gap);
         }
-        return node.velocity(seen);
-    }
-    /// Returns a surface with the present velocity of its body.
-    ActingSurface<double, D> moved(const SurfaceByGap<D>& surface, const Vec<double, D>& x) const {
-        ActingSurface<double, D> now = surface.is;
-        if (const std::size_t b = body_of(surface.part); b != none) now.velocity = bodies_[b].velocity_at(x);
-        return now;
+        return node.velocity(
+            [&](int part, const Vec<double, D>& before, const Vec<double, D>& after) { see(part, after - before); });
     }
 
-    /// Finds what bodies do to the matter of place i.
-    void find_pushes(std::size_t i, std::vector<PushOfBody<D>>& pushes) const {
+    /// Finds what bodies do to the matter of place i. \param slopes  whether the derivatives are wanted, too
+    void find_pushes(std::size_t i, bool slopes, std::vector<PushOfBody<D>>& pushes) const {
         const BlockByGap<D>& block = blocks_[i];
-        const double h = grid_.domain().cell_size;
         for (const NodeByGap<D>& one : block.nodes) {
-            std::uint32_t k = 0;
-            velocity_of(block, one, [&](int part, const Vec<double, D>& before, const Vec<double, D>& after) {
-                const SurfaceByGap<D>& surface = block.surfaces[one.first + k++];
-                const std::size_t b = body_of(part);
-                const Vec<double, D> change = after - before;
-                if (b == none || !(dot(change, change) > 0)) return;
-                auto mine = std::find_if(pushes.begin(), pushes.end(), [&](const auto& p) { return p.body == b; });
-                if (mine == pushes.end()) mine = pushes.insert(mine, PushOfBody<D>{.body = b});
-                const bool held = holds(surface.is.contact) && surface.gap <= boundary_reach * h;
-                const Mat<double, D> slope = slope_of_contact(moved(surface, one.x), held, one.v, change,
-                                                              held ? 0 : closing_speed(surface.gap, dt_));
-                mine->add(one.x - bodies_[b].centre, change * one.mass, slope * one.mass);
-            });
+            if (!one.has_body) continue;
+            NodeInTurn<D> node = in_turn(block, one);
+            node.velocity();
+            for (std::uint32_t k = 0; k < one.surfaces; ++k) {
+                const std::size_t b = body_of(block.surfaces[one.first + k].part);
+                const Vec<double, D>& change = node.change(k);
+                if (b == none || !(dot(change, change) > 0)) continue;
+                const auto slope = slopes ? slope_of(block, one, k, change) : Mat<double, D>::zero();
+                push_of(pushes, b).add(one.x - bodies_[b].centre, change * one.mass, slope * one.mass);
+            }
         }
     }
+    /// Returns the place for what a body does.
+    static PushOfBody<D>& push_of(std::vector<PushOfBody<D>>& pushes, std::size_t body) {
+        const auto mine = std::find_if(pushes.begin(), pushes.end(), [&](const auto& p) { return p.body == body; });
+        return mine == pushes.end() ? *pushes.insert(mine, PushOfBody<D>{.body = body}) : *mine;
+    }
+    /// Returns the derivative of what surface k changes a node's velocity by, by the velocity of its body there. It is
+    /// found by differences, which Newton's method does not notice.
+    Mat<double, D> slope_of(const BlockByGap<D>& block, const NodeByGap<D>& one, std::uint32_t k,
+                            const Vec<double, D>& change) const {
+        const std::size_t b = body_of(block.surfaces[one.first + k].part);
+        const double step = 1e-7 * (norm(one.v) + norm(bodies_[b].velocity_at(one.x)) + norm(change));
+        auto slope = Mat<double, D>::zero();
+        for (int a = 0; a < D; ++a) {
+            Faster faster{.body = b};
+            faster.by[a] = step;
+            NodeInTurn<D> node = in_turn(block, one, faster);
+            node.velocity();
+            const Vec<double, D> by = (node.change(k) - change) * (1 / step);
+            for (int i = 0; i < D; ++i) slope(i, a) = by[i];
+        }
+        return slope;
+    }
 
-    /// Finds the residuals M (u − u*) + R − dt f of all bodies, and their derivatives.
-    /// \param scale  becomes at least the energy of each body's impulses
-    /// \return  the square of the residuals, as an energy [J]
-    double evaluate(double& scale) {
-        std::vector<std::vector<PushOfBody<D>>> pushes(blocks_.size());
+    /// Finds the bodies that have matter near them, on any rank: those for which sums are needed.
+    void find_touched() {
+        std::vector<ExactSum> counts(bodies_.size());
+        for (BlockByGap<D>& block : blocks_) {
+            for (const SurfaceByGap<D>& surface : block.surfaces)
+                if (const std::size_t b = body_of(surface.part); b != none) block.bodies.push_back(b);
+            std::sort(block.bodies.begin(), block.bodies.end());
+            block.bodies.erase(std::unique(block.bodies.begin(), block.bodies.end()), block.bodies.end());
+            for (const std::size_t b : block.bodies) counts[b].add(1);
+        }
+        ranks_.merge(counts);
+        is_touched_.resize(bodies_.size());
+        for (std::size_t b = 0; b < bodies_.size(); ++b) is_touched_[b] = counts[b].value() > 0;
+        moves_.assign(bodies_.size(), true);
+        pushes_.resize(blocks_.size());
+        residuals_.resize(bodies_.size()), matrices_.resize(bodies_.size()), slopes_.resize(bodies_.size());
+        squares_.assign(bodies_.size(), 0), scales_.assign(bodies_.size(), 0);
+    }
+
+    /// Finds anew what those bodies do to matter that move, and the residuals M (u − u*) + R − dt f, their squares and
+    /// scales: the largest energy of an impulse that a body has.
+    /// \param whole  whether the derivatives of those that move, and the residuals of all bodies are wanted, else the
+    ///               residuals of those that move
+    void evaluate(bool whole) {
         parallel_for(
             blocks_.size(), threads_,
             [&](std::size_t i, int) {
-                if (ranks_.counts(memory_.places()[i].block)) find_pushes(i, pushes[i]);
+                const auto& bodies = blocks_[i].bodies;
+                if (!ranks_.counts(memory_.places()[i].block) ||
+                    std::none_of(bodies.begin(), bodies.end(), [&](std::size_t b) { return moves_[b]; }))
+                    return;
+                pushes_[i].clear();
+                find_pushes(i, whole, pushes_[i]);
             },
             4);
-        std::vector<ExactSum> sums(bodies_.size() * numbers);
-        for (const auto& of_block : pushes)
+        std::vector<std::size_t> first(bodies_.size(), none);  // of the sums of a body
+        std::size_t count = 0;
+        for (std::size_t b = 0; b < bodies_.size(); ++b)
+            if (is_touched_[b] && (whole || moves_[b]))
+                first[b] = count, count += std::size_t(whole && moves_[b] ? n + n * n : n);
+        std::vector<ExactSum> sums(count);
+        for (const auto& of_block : pushes_)
             for (const PushOfBody<D>& push : of_block) {
-                ExactSum* sum = sums.data() + push.body * numbers;
+                if (first[push.body] == none) continue;
+                ExactSum* sum = sums.data() + first[push.body];
                 for (int i = 0; i < n; ++i) (sum++)->add(push.impulse[i]);
-                for (const auto& row : push.slope)
-                    for (int j = 0; j < n; ++j) (sum++)->add(row[j]);
+                for (std::size_t i = 0; whole && moves_[push.body] && i < n; ++i)
+                    for (int j = 0; j < n; ++j) (sum++)->add(push.slope[i][j]);
             }
         ranks_.merge(sums);
-        residuals_.resize(bodies_.size());
-        matrices_.resize(bodies_.size());
-        double square = 0;
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
+            if (!whole && !moves_[b]) continue;
             Body& body = bodies_[b];
-            const ExactSum* sum = sums.data() + b * numbers;
-            Motions<D> pushed{};
-            for (int i = 0; i < n; ++i) pushed[i] = (sum++)->value();
+            const ExactSum* sum = first[b] == none ? nullptr : sums.data() + first[b];
+            auto pushed = Motions<D>::zero();
+            for (int i = 0; sum && i < n; ++i) pushed[i] = (sum++)->value();
+            for (std::size_t i = 0; sum && whole && moves_[b] && i < n; ++i)
+                for (int j = 0; j < n; ++j) slopes_[b][i][j] = (sum++)->value();
             const Motions<D> now = product<n>(body.inertia, body.velocity);
             Motions<D>& residual = residuals_[b];
             residual = now - body.free + pushed;
-            matrices_[b] = body.inertia;
-            for (std::size_t i = 0; i < n; ++i)
-                for (int j = 0; j < n; ++j) matrices_[b][i][j] += (sum++)->value();
-            for (int i = 0; i < n; ++i)
-                residual[i] = body.drive_along(i, dt_, residual[i], matrices_[b][std::size_t(i)]);
+            for (std::size_t i = 0; i < n; ++i) {
+                matrices_[b][i] = body.inertia[i] + slopes_[b][i];
+                residual[int(i)] = body.drive_along(int(i), dt_, residual[int(i)], matrices_[b][i]);
+            }
             for (const Motions<D>& impulse : {now, body.free, pushed, body.force * dt_})
-                scale = std::max(scale, energy(body, impulse));
-            square += energy(body, residual);
+                scales_[b] = std::max(scales_[b], energy(body, impulse));
+            squares_[b] = energy(body, residual);
         }
-        return square;
     }
 
     int threads_;
@@ -437,43 +389,13 @@ private:
     std::vector<Body>& bodies_;
     std::vector<std::size_t> body_of_part_;
     std::vector<BlockByGap<D>> blocks_;
+    std::vector<std::vector<PushOfBody<D>>> pushes_;  // of each place
+    // Of each body: see evaluate().
+    std::vector<std::uint8_t> is_touched_, moves_;
     std::vector<Motions<D>> residuals_;
-    std::vector<typename Body::Matrix> matrices_;
+    std::vector<typename Body::Matrix> slopes_, matrices_;  // ∂R/∂u, and the derivatives of the residuals
+    std::vector<double> squares_, scales_;
 };
-
-/// Gives a body the momenta that it has after contact.
-/// \param reaction  the impulse of the body on matter, about its centre;  \param dt  [s]
-template <class C, int D = C::D>
-void pushed(RigidBody<C>& body, const MovingBody<D>& one, const Reaction<D>& reaction, double dt) {
-    constexpr int n = MovingBody<D>::n;
-    Motions<D> on_matter{}, momenta{};
-    for (int a = 0; a < D; ++a) on_matter[a] = reaction.impulse[a];
-    if constexpr (D == 2)
-        on_matter[2] = reaction.angular_impulse;
-    else
-        for (int a = 0; a < 3; ++a) on_matter[3 + a] = reaction.angular_impulse[a];
-    const Motions<D> kept = product<n>(one.inertia, one.velocity);
-    for (int i = 0; i < n; ++i) {
-        momenta[i] = one.free[i] - on_matter[i];
-        body.driven[i] = one.kept[std::size_t(i)] ? (kept[i] - momenta[i]) / dt : one.force[i];
-        momenta[i] = one.kept[std::size_t(i)] ? kept[i] : momenta[i] + dt * body.driven[i];
-    }
-    for (int a = 0; a < D; ++a) body.momentum[a] = momenta[a];
-    if constexpr (D == 2)
-        body.angular_momentum = momenta[2];
-    else
-        for (int a = 0; a < 3; ++a) body.angular_momentum[a] = momenta[3 + a];
-    body.place_velocities();
-    for (int a = 0; a < D; ++a)
-        if (one.kept[std::size_t(a)]) body.collider.linear_velocity[a] = one.velocity[a];
-    for (int i = D; i < n; ++i)
-        if (one.kept[std::size_t(i)]) {
-            if constexpr (D == 2)
-                body.collider.angular_velocity = one.velocity[i];
-            else
-                body.collider.angular_velocity[i - 3] = one.velocity[i];
-        }
-}
 
 /// Does the work of act_with_bodies().
 template <class Kernel, class Ranks, std::floating_point S, int D, class Boundary, class View>
