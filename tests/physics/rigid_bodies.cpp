@@ -260,6 +260,27 @@ TEST_CASE("Drives of a body that nothing touches follow their equations") {
     CHECK(std::abs(body_of(run).driven[1]) <= 1e-9);
 }
 
+TEST_CASE("The velocities of bodies that press sand against walls are found in every step") {
+    // Sand between ball and wall is rubbed by both, along the edge between them.
+    constexpr double width = 0.5, h = width / 12;
+    const auto walls = Walls<float, 3>::all({}, Vec<float, 3>::filled(float(width)), {Contact::separate, 0.5});
+    for (const double speed : {0.0, 3.0}) {
+        using Solid = Ball<float, 3>;
+        SimulationWith<3, Sand<float>, Around<float, 3, Solid, Solid>> run(
+            {{}, Vec<double, 3>::filled(width), h}, Sand<float>::from_properties({.young = 2e5F}), Coloured{2},
+            {Together(walls, ball<float, 3>(0.08, 800, 0.5, {0.1, 0.33, 0.2}, {-0.5, -1, 0.1 * speed}),
+                      ball<float, 3>(0.08, 800, 0.5, {0.3, 0.33, 0.1}, {0.1, -speed, -0.5}))});
+        run.gravity = {0, -9.81, 0};
+        run.add(sample_box<3>({}, {width, width / 2, width}, {.spacing = h / 2}), 1600);
+        std::vector<std::string> warnings;
+        run.warn = [&](const std::string& text) { warnings.push_back(text); };
+        for (int step = 0; step < 200; ++step) run.step();
+        CAPTURE(speed, warnings);
+        CHECK(warnings.empty());
+        CHECK(body_of<0>(run).velocity()[1] > -0.9);  // the sand has slowed it
+    }
+}
+
 TEST_CASE("A rigid body refuses an acceleration that depends on the place") {
     auto run = floating<double, 2>(1, Contact::none, ball<double, 2>(0.1, 500, 0.0, {0.4, 1.6}, {}));
     test_support::check_refused<usage_error>([&] { run.step([]<class P>(const Vec<P, 2>& x) { return x * P(-1); }); },

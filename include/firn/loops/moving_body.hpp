@@ -30,7 +30,8 @@ struct MovingBody {
     Drive<D> drive{};                                ///< what drives it
     Motion to_target = Motion::zero();               ///< where springs end, from the place of the body [m], [rad]
     Motion force = Motion::zero();                   ///< of the drive [N], [N m]
-    std::array<bool, std::size_t(n)> kept = {};      ///< whether a motion has exactly the velocity of the drive
+    Motion by_drive = Motion::zero();  ///< what the drive adds to the derivative of each residual [kg], [kg m²]
+    std::array<bool, std::size_t(n)> kept = {};  ///< whether a motion has exactly the velocity of the drive
 
     /// Returns the velocity of the body at x [m/s].
     Vec<double, D> velocity_at(const Vec<double, D>& x) const {
@@ -41,29 +42,39 @@ struct MovingBody {
             return Vec<double, 3>{velocity[0], velocity[1], velocity[2]} +
                    cross(Vec<double, 3>{velocity[3], velocity[4], velocity[5]}, arm);
     }
-    /// Finds the drive's force along a motion at the end of a step of dt, and adds to a row of the equation.
-    /// \param without  M (u − u*) + R of this motion;  \param row  the derivative of this
+    /// Finds the drive's force along a motion at the end of a step of dt.
+    /// \param without  M (u − u*) + R of this motion
     /// \return         the residual of this motion
-    double drive_along(int i, double dt, double without, Motion& row) {
+    double drive_along(int i, double dt, double without) {
         const auto at = std::size_t(i);
         const double most = drive.most[i], missing = drive.velocity[i] - velocity[i];
+        by_drive[i] = 0;
         if (drive.keeps_if_it_can(i)) {
             // The velocity is kept, unless that takes too large a force.
             const double own = inertia[at][i], needed = (without + own * missing) / dt;
             kept[at] = std::abs(needed) <= most;
             force[i] = kept[at] ? without / dt : std::copysign(most, needed);
-            if (!kept[at]) return without - dt * force[i];
-            row = Motion::zero();
-            row[i] = own;
-            return -own * missing;
+            return kept[at] ? -own * missing : without - dt * force[i];
         }
         const double k = drive.stiffness[i], c = drive.damping[i];
         force[i] = k * (to_target[i] - dt * velocity[i]) + c * missing;
         if (std::abs(force[i]) <= most)
-            row[i] += dt * (k * dt + c);
+            by_drive[i] = dt * (k * dt + c);
         else
             force[i] = std::copysign(most, force[i]);
         return without - dt * force[i];
+    }
+    /// Returns the derivatives of the residuals. \param slope  ∂R/∂u
+    Matrix derivatives(const Matrix& slope) const {
+        Matrix all = inertia;
+        for (std::size_t i = 0; i < n; ++i) {
+            all[i] += slope[i];
+            all[i][int(i)] += by_drive[int(i)];
+            if (!kept[i]) continue;
+            all[i] = Motion::zero();
+            all[i][int(i)] = inertia[i][int(i)];
+        }
+        return all;
     }
 };
 

@@ -62,26 +62,40 @@ struct NoteGaps {
     }
 };
 
-/// What a body does to matter: R(u), and the derivative of R by u.
+/// How a body moves at `arm` from its centre: J with the velocity J u there, column by column.
+template <int D>
+std::array<Vec<double, D>, std::size_t(MovingBody<D>::n)> motions_at(const Vec<double, D>& arm) {
+    std::array<Vec<double, D>, std::size_t(MovingBody<D>::n)> J{};
+    for (int a = 0; a < D; ++a) J[std::size_t(a)][a] = 1;
+    if constexpr (D == 2) {
+        J[2] = {-arm[1], arm[0]};
+    } else {
+        for (std::size_t a = 0; a < 3; ++a) J[3 + a] = cross(J[a], arm);
+    }
+    return J;
+}
+/// What a body does to the matter of one block: R(u).
 template <int D>
 struct PushOfBody {
-    static constexpr int n = MovingBody<D>::n;
     std::size_t body;
-    Motions<D> impulse = Motions<D>::zero();    ///< R [N s], [N m s]
-    typename MovingBody<D>::Matrix slope = {};  ///< ∂R/∂u
-    /// Adds the impulse on a node at `arm` from the centre, and its derivative by the body's velocity there.
-    void add(const Vec<double, D>& arm, const Vec<double, D>& on_matter, const Mat<double, D>& by_velocity) {
-        // The velocity at `arm` is J u, and R = Jᵀ impulse.
-        Vec<double, D> J[std::size_t(n)];
-        for (int a = 0; a < D; ++a) J[a] = Vec<double, D>::zero(), J[a][a] = 1;
-        if constexpr (D == 2) {
-            J[2] = {-arm[1], arm[0]};
-        } else {
-            for (int a = 0; a < 3; ++a) J[3 + a] = cross(J[a], arm);
-        }
-        for (int i = 0; i < n; ++i) {
-            impulse[i] += dot(J[i], on_matter);
-            for (int j = 0; j < n; ++j) slope[std::size_t(i)][j] += dot(J[i], by_velocity * J[j]);
+    Motions<D> impulse = Motions<D>::zero();  ///< [N s], [N m s]
+    /// Adds the change of the velocity of a node at `arm` from the centre.
+    void add(const Vec<double, D>& arm, double mass, const Vec<double, D>& change) {
+        const auto J = motions_at<D>(arm);
+        for (std::size_t i = 0; i < J.size(); ++i) impulse[int(i)] += dot(J[i], change) * mass;
+    }
+};
+/// The derivative ∂R/∂u of this.
+template <int D>
+struct SlopeOfBody {
+    std::size_t body;
+    typename MovingBody<D>::Matrix slope = {};
+    /// Adds the derivative of that change by the velocity of the body there.
+    void add(const Vec<double, D>& arm, double mass, const Mat<double, D>& by_velocity) {
+        const auto J = motions_at<D>(arm);
+        for (std::size_t j = 0; j < J.size(); ++j) {
+            const Vec<double, D> by = by_velocity * J[j] * mass;
+            for (std::size_t i = 0; i < J.size(); ++i) slope[i][int(j)] += dot(J[i], by);
         }
     }
 };
@@ -141,17 +155,20 @@ public:
     /// Finds the velocities of the bodies. \return whether all residuals became small
     bool solve() {
         find_touched();
+        moves_.assign(bodies_.size(), true);
         evaluate(true);
         std::vector<Trial> trials(bodies_.size());
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             for (std::size_t b = 0; b < bodies_.size(); ++b) {
-                Trial& trial = trials[b];
-                moves_[b] = !is_small(b) && trial.failures < most_failures;
-                if (moves_[b])
-                    trial = {bodies_[b].velocity, solved<n>(matrices_[b], residuals_[b]), squares_[b], 1,
-                             trial.failures};
+                moves_[b] = !is_small(b) && trials[b].failures < most_failures;
+                needs_slope_[b] = moves_[b] && !(squares_[b] < well * trials[b].square);
             }
-            if (!any_moves()) break;
+            if (!any(moves_)) break;
+            if (any(needs_slope_)) find_slopes();
+            for (std::size_t b = 0; b < bodies_.size(); ++b)
+                if (moves_[b])
+                    trials[b] = {bodies_[b].velocity, solved<n>(bodies_[b].derivatives(slopes_[b]), residuals_[b]),
+                                 squares_[b], 1, trials[b].failures};
             improve(trials);
         }
         bool all_small = true;
@@ -177,6 +194,7 @@ public:
 private:
     static constexpr std::size_t none = std::size_t(-1);
     static constexpr int most_iterations = 30, most_halvings = 4, most_failures = 8;
+    static constexpr double well = 1e-4;  // how far the square of a residual falls if the derivatives still do
     static constexpr double blind_part = 0.25;
 
     /// A step of Newton's method for one body.
@@ -186,7 +204,8 @@ private:
         double part = 0;                                                   ///< of the step that is taken
         int failures = 0;                                                  ///< how many steps did not help
     };
-    bool any_moves() const { return std::find(moves_.begin(), moves_.end(), true) != moves_.end(); }
+    using Flags = std::vector<std::uint8_t>;  // one for each body
+    static bool any(const Flags& of) { return std::find(of.begin(), of.end(), true) != of.end(); }
     /// Moves bodies along their steps. Each step is halved until the residual of its body falls. If it does not, where
     /// matter begins or ends to slide or to touch, a part of the step is taken all the same: it leads past that place.
     void improve(std::vector<Trial>& trials) {
@@ -199,7 +218,7 @@ private:
         for (std::size_t b = 0; b < bodies_.size(); ++b)
             if (moves_[b]) place(b);
         evaluate(true);
-        std::vector<std::uint8_t> is_shorter(bodies_.size());
+        Flags is_shorter(bodies_.size());
         for (int halving = 0; halving < most_halvings; ++halving) {
             for (std::size_t b = 0; b < bodies_.size(); ++b) {
                 moves_[b] = is_left(b);
@@ -208,7 +227,7 @@ private:
                 trials[b].part /= 2;
                 place(b);
             }
-            if (!any_moves()) break;
+            if (!any(moves_)) break;
             evaluate(false);
         }
         for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -217,7 +236,7 @@ private:
                 place(b);
             }
         moves_ = is_shorter;
-        if (any_moves()) evaluate(true);
+        if (any(moves_)) evaluate(true);
     }
 
     /// Whether the residual of a body is small. Squares of residuals and scales are energies [J].
@@ -271,26 +290,39 @@ private:
             [&](int part, const Vec<double, D>& before, const Vec<double, D>& after) { see(part, after - before); });
     }
 
-    /// Finds what bodies do to the matter of place i. \param slopes  whether the derivatives are wanted, too
-    void find_pushes(std::size_t i, bool slopes, std::vector<PushOfBody<D>>& pushes) const {
+    /// Finds what bodies do to the matter of place i.
+    void find_pushes(std::size_t i, std::vector<PushOfBody<D>>& pushes) const {
         const BlockByGap<D>& block = blocks_[i];
+        pushes.clear();
         for (const NodeByGap<D>& one : block.nodes) {
             if (!one.has_body) continue;
-            NodeInTurn<D> node = in_turn(block, one);
-            node.velocity();
-            for (std::uint32_t k = 0; k < one.surfaces; ++k) {
-                const std::size_t b = body_of(block.surfaces[one.first + k].part);
-                const Vec<double, D>& change = node.change(k);
-                if (b == none || !(dot(change, change) > 0)) continue;
-                const auto slope = slopes ? slope_of(block, one, k, change) : Mat<double, D>::zero();
-                push_of(pushes, b).add(one.x - bodies_[b].centre, change * one.mass, slope * one.mass);
-            }
+            beside_bodies(block, one, [&](int part, const Vec<double, D>& change) {
+                const std::size_t b = body_of(part);
+                if (b != none && dot(change, change) > 0)
+                    of_body(pushes, b).add(one.x - bodies_[b].centre, one.mass, change);
+            });
+        }
+    }
+    /// Finds the derivatives of what those bodies do that need them.
+    void find_slopes(std::size_t i, std::vector<SlopeOfBody<D>>& slopes) const {
+        const BlockByGap<D>& block = blocks_[i];
+        slopes.clear();
+        for (const NodeByGap<D>& one : block.nodes) {
+            if (!one.has_body) continue;
+            std::uint32_t k = 0;
+            beside_bodies(block, one, [&](int part, const Vec<double, D>& change) {
+                const std::uint32_t surface = k++;
+                const std::size_t b = body_of(part);
+                if (b != none && needs_slope_[b] && dot(change, change) > 0)
+                    of_body(slopes, b).add(one.x - bodies_[b].centre, one.mass, slope_of(block, one, surface, change));
+            });
         }
     }
     /// Returns the place for what a body does.
-    static PushOfBody<D>& push_of(std::vector<PushOfBody<D>>& pushes, std::size_t body) {
-        const auto mine = std::find_if(pushes.begin(), pushes.end(), [&](const auto& p) { return p.body == body; });
-        return mine == pushes.end() ? *pushes.insert(mine, PushOfBody<D>{.body = body}) : *mine;
+    template <class Of>
+    static Of& of_body(std::vector<Of>& all, std::size_t body) {
+        const auto mine = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.body == body; });
+        return mine == all.end() ? *all.insert(mine, Of{.body = body}) : *mine;
     }
     /// Returns the derivative of what surface k changes a node's velocity by, by the velocity of its body there. It is
     /// found by differences, which Newton's method does not notice.
@@ -323,62 +355,67 @@ private:
         ranks_.merge(counts);
         is_touched_.resize(bodies_.size());
         for (std::size_t b = 0; b < bodies_.size(); ++b) is_touched_[b] = counts[b].value() > 0;
-        moves_.assign(bodies_.size(), true);
-        pushes_.resize(blocks_.size());
-        residuals_.resize(bodies_.size()), matrices_.resize(bodies_.size()), slopes_.resize(bodies_.size());
+        needs_slope_.resize(bodies_.size());
+        pushes_.resize(blocks_.size()), push_slopes_.resize(blocks_.size());
+        residuals_.resize(bodies_.size()), slopes_.resize(bodies_.size());
         squares_.assign(bodies_.size(), 0), scales_.assign(bodies_.size(), 0);
     }
 
-    /// Finds anew what those bodies do to matter that move, and the residuals M (u − u*) + R − dt f, their squares and
-    /// scales: the largest energy of an impulse that a body has.
-    /// \param whole  whether the derivatives of those that move, and the residuals of all bodies are wanted, else the
-    ///               residuals of those that move
-    void evaluate(bool whole) {
+    /// Calls f(i) for each place at which a body is that has a flag, if the place counts on this rank.
+    template <class F>
+    void for_places_of(const Flags& flags, const F& f) const {
         parallel_for(
             blocks_.size(), threads_,
             [&](std::size_t i, int) {
                 const auto& bodies = blocks_[i].bodies;
-                if (!ranks_.counts(memory_.places()[i].block) ||
-                    std::none_of(bodies.begin(), bodies.end(), [&](std::size_t b) { return moves_[b]; }))
-                    return;
-                pushes_[i].clear();
-                find_pushes(i, whole, pushes_[i]);
+                if (ranks_.counts(memory_.places()[i].block) &&
+                    std::any_of(bodies.begin(), bodies.end(), [&](std::size_t b) { return flags[b]; }))
+                    f(i);
             },
             4);
-        std::vector<std::size_t> first(bodies_.size(), none);  // of the sums of a body
-        std::size_t count = 0;
-        for (std::size_t b = 0; b < bodies_.size(); ++b)
-            if (is_touched_[b] && (whole || moves_[b]))
-                first[b] = count, count += std::size_t(whole && moves_[b] ? n + n * n : n);
-        std::vector<ExactSum> sums(count);
+    }
+    /// Finds anew what those bodies do to matter that move, and the residuals M (u − u*) + R − dt f, their squares and
+    /// scales: the largest energy of an impulse that a body has.
+    /// \param of_all  whether those of all bodies are wanted, or of those that move
+    void evaluate(bool of_all) {
+        for_places_of(moves_, [&](std::size_t i) { find_pushes(i, pushes_[i]); });
+        std::vector<ExactSum> sums(bodies_.size() * n);
+        const auto is_wanted = [&](std::size_t b) { return of_all || moves_[b]; };
         for (const auto& of_block : pushes_)
-            for (const PushOfBody<D>& push : of_block) {
-                if (first[push.body] == none) continue;
-                ExactSum* sum = sums.data() + first[push.body];
-                for (int i = 0; i < n; ++i) (sum++)->add(push.impulse[i]);
-                for (std::size_t i = 0; whole && moves_[push.body] && i < n; ++i)
-                    for (int j = 0; j < n; ++j) (sum++)->add(push.slope[i][j]);
-            }
+            for (const PushOfBody<D>& push : of_block)
+                for (int i = 0; is_wanted(push.body) && i < n; ++i)
+                    sums[push.body * n + std::size_t(i)].add(push.impulse[i]);
         ranks_.merge(sums);
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
-            if (!whole && !moves_[b]) continue;
+            if (!is_wanted(b)) continue;
             Body& body = bodies_[b];
-            const ExactSum* sum = first[b] == none ? nullptr : sums.data() + first[b];
             auto pushed = Motions<D>::zero();
-            for (int i = 0; sum && i < n; ++i) pushed[i] = (sum++)->value();
-            for (std::size_t i = 0; sum && whole && moves_[b] && i < n; ++i)
-                for (int j = 0; j < n; ++j) slopes_[b][i][j] = (sum++)->value();
+            for (int i = 0; is_touched_[b] && i < n; ++i) pushed[i] = sums[b * n + std::size_t(i)].value();
             const Motions<D> now = product<n>(body.inertia, body.velocity);
             Motions<D>& residual = residuals_[b];
             residual = now - body.free + pushed;
-            for (std::size_t i = 0; i < n; ++i) {
-                matrices_[b][i] = body.inertia[i] + slopes_[b][i];
-                residual[int(i)] = body.drive_along(int(i), dt_, residual[int(i)], matrices_[b][i]);
-            }
+            for (int i = 0; i < n; ++i) residual[i] = body.drive_along(i, dt_, residual[i]);
             for (const Motions<D>& impulse : {now, body.free, pushed, body.force * dt_})
                 scales_[b] = std::max(scales_[b], energy(body, impulse));
             squares_[b] = energy(body, residual);
         }
+    }
+    /// Finds ∂R/∂u of those bodies that need it.
+    void find_slopes() {
+        for_places_of(needs_slope_, [&](std::size_t i) { find_slopes(i, push_slopes_[i]); });
+        std::vector<std::size_t> first(bodies_.size(), none);  // of the sums of a body
+        std::size_t count = 0;
+        for (std::size_t b = 0; b < bodies_.size(); ++b)
+            if (is_touched_[b] && needs_slope_[b]) first[b] = count, count += n * n;
+        std::vector<ExactSum> sums(count);
+        for (const auto& of_block : push_slopes_)
+            for (const SlopeOfBody<D>& one : of_block)
+                for (std::size_t i = 0; first[one.body] != none && i < n; ++i)
+                    for (std::size_t j = 0; j < n; ++j) sums[first[one.body] + i * n + j].add(one.slope[i][int(j)]);
+        ranks_.merge(sums);
+        for (std::size_t b = 0; b < bodies_.size(); ++b)
+            for (std::size_t i = 0; first[b] != none && i < n; ++i)
+                for (std::size_t j = 0; j < n; ++j) slopes_[b][i][int(j)] = sums[first[b] + i * n + j].value();
     }
 
     int threads_;
@@ -389,11 +426,12 @@ private:
     std::vector<Body>& bodies_;
     std::vector<std::size_t> body_of_part_;
     std::vector<BlockByGap<D>> blocks_;
-    std::vector<std::vector<PushOfBody<D>>> pushes_;  // of each place
-    // Of each body: see evaluate().
-    std::vector<std::uint8_t> is_touched_, moves_;
+    std::vector<std::vector<PushOfBody<D>>> pushes_;        // of each place
+    std::vector<std::vector<SlopeOfBody<D>>> push_slopes_;  // of each place
+    // Of each body: see evaluate() and find_slopes().
+    Flags is_touched_, moves_, needs_slope_;
     std::vector<Motions<D>> residuals_;
-    std::vector<typename Body::Matrix> slopes_, matrices_;  // ∂R/∂u, and the derivatives of the residuals
+    std::vector<typename Body::Matrix> slopes_;  // ∂R/∂u
     std::vector<double> squares_, scales_;
 };
 
