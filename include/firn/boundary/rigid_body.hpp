@@ -102,6 +102,14 @@ struct named_rigid_body {
 /// matter that they touch, contact never adds energy, and momentum and angular momentum are conserved to rounding.
 /// Bodies that touch the same matter are found together, too.
 ///
+/// In a fluid, set `in_flow`. Otherwise all matter in the collider's layer moves with the body along its normal, and as
+/// fluids keep their volume, it then moves along as a whole: the body has the inertia of one that is as much larger,
+/// and drags as much matter. With `in_flow`, the velocity along the normal goes on from that of the body to those of
+/// matter 0.75 and 2.25 cells outside of the layer, by a parabola; matter on the surface itself still moves with the
+/// body. A layer of 0.75 cells (Collider::thickness_in_cells) is best then. Momenta are conserved as always, but
+/// contact may add a little energy, and runs of several processes refuse such bodies. Use it for fluids around smooth
+/// bodies, at least 12 cells across, and leave it off for solids and sand.
+///
 /// Rigid bodies do not touch each other, nor solids or walls: a program that needs that has an engine for rigid bodies,
 /// which owns them, and firn gives it the forces of matter. \see Simulation::reactions
 ///
@@ -124,6 +132,7 @@ struct RigidBody {
     Vec<double, D> force = Vec<double, D>::zero();             ///< of the program, on the centre of mass [N]
     Axial<double, D> torque = no_spin<double, D>();            ///< of the program, about the centre of mass [N m]
     Drive<D> drive{};                                          ///< Springs, dampers, velocities that are kept.
+    bool in_flow = false;  ///< Whether matter in the collider's layer flows around the body. \see RigidBody
     Motions<D> driven = Motions<D>::zero();  ///< The drive's mean force [N] and torque [N m] of the last step.
 
     /// Makes a body of mass 0, which check() refuses.

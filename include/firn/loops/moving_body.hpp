@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -31,6 +32,7 @@ struct MovingBody {
     Motion to_target = Motion::zero();               ///< where springs end, from the place of the body [m], [rad]
     Motion force = Motion::zero();                   ///< of the drive [N], [N m]
     Motion by_drive = Motion::zero();  ///< what the drive adds to the derivative of each residual [kg], [kg m²]
+    std::optional<double> layer{};     ///< of the collider [cells], if matter flows around the body
     std::array<bool, std::size_t(n)> kept = {};  ///< whether a motion has exactly the velocity of the drive
 
     /// Returns the velocity of the body at x [m/s].
@@ -137,6 +139,7 @@ MovingBody<D> moving(const RigidBody<C>& body, int part, const Vec<double, D>& a
         one.free[a] = body.momentum[a] + dt * (body.mass * acceleration[a] + body.force[a]);
         one.to_target[a] = body.drive.position[a] - body.collider.position[a];
     }
+    if (body.in_flow) one.layer = double(body.collider.thickness_in_cells);
     const auto about = body.inertia_in_space(body.collider.rotation);
     const auto turn = turn_between(body.collider.rotation, body.drive.rotation);
     if constexpr (D == 2) {

@@ -15,6 +15,8 @@
 #pragma once
 
 #include <firn/boundary/in_turn.hpp>
+#include <firn/core/error.hpp>
+#include <firn/loops/flow_at_body.hpp>
 #include <firn/loops/gap_contact.hpp>
 #include <firn/loops/moving_body.hpp>
 
@@ -39,11 +41,16 @@ struct NodeByGap {
     std::uint32_t first, surfaces;  ///< its surfaces in the list of its block
     bool has_body;                  ///< whether one of them is a body's
 };
+/// A surface near a node, and how its velocity along its normal goes on to the node. \see RigidBody::in_flow
+template <int D>
+struct NotedSurface : SurfaceByGap<D> {
+    FlowAtNode goes_on{};
+};
 /// What surfaces may do in one block. It does not depend on the velocities of bodies.
 template <int D>
 struct BlockByGap {
     std::vector<NodeByGap<D>> nodes{};
-    std::vector<SurfaceByGap<D>> surfaces{};
+    std::vector<NotedSurface<D>> surfaces{};
     std::vector<std::size_t> bodies{};  ///< whose surfaces are among them
 };
 
@@ -51,14 +58,14 @@ struct BlockByGap {
 template <int D, class Nearest>
 struct NoteGaps {
     const ActByGap<D, Nearest>& act;
-    std::vector<SurfaceByGap<D>>& surfaces;
+    std::vector<NotedSurface<D>>& surfaces;
 
     template <class... Look>
     void add(NodeAtSurfaces<double, D>&, int part, const Vec<double, D>&, ActingSurface<double, D> surface,
              const Look&... look) const {
         if (surface.contact == Contact::none || !surface.acts) return;
         const double gap = act.gap_to(surface.distance, surface.normal, look...);
-        if (gap < act.none) surfaces.push_back({surface, gap, part});
+        if (gap < act.none) surfaces.push_back({{surface, gap, part}});
     }
 };
 
@@ -146,8 +153,15 @@ public:
             velocity_by_gap<Boundary, D>(boundary, one.x, one.v, NoteGaps<D, decltype(nearest)>{act, block.surfaces},
                                          AnySurface{});
             one.surfaces = std::uint32_t(block.surfaces.size()) - one.first;
-            for (std::uint32_t k = 0; k < one.surfaces; ++k)
-                one.has_body = one.has_body || body_of(block.surfaces[one.first + k].part) != none;
+            for (std::uint32_t k = one.first; k < block.surfaces.size(); ++k) {
+                NotedSurface<D>& surface = block.surfaces[k];
+                const std::size_t b = body_of(surface.part);
+                if (b == none) continue;
+                one.has_body = true;
+                if (bodies_[b].layer)
+                    surface.goes_on = FlowAtBody<S, D>(grid_).at(place.block, one.x, surface.is.distance,
+                                                                 surface.is.normal, h * *bodies_[b].layer);
+            }
             if (one.surfaces > 0) block.nodes.push_back(one);
         }
     }
@@ -258,10 +272,13 @@ private:
     NodeInTurn<D> in_turn(const BlockByGap<D>& block, const NodeByGap<D>& one, const Faster& faster = {}) const {
         NodeInTurn<D> node(one.v, boundary_reach * grid_.domain().cell_size, dt_);
         for (std::uint32_t k = 0; k < one.surfaces; ++k) {
-            SurfaceByGap<D> surface = block.surfaces[one.first + k];
+            NotedSurface<D> surface = block.surfaces[one.first + k];
             if (const std::size_t b = body_of(surface.part); b != none) {
                 surface.is.velocity = bodies_[b].velocity_at(one.x);
                 if (b == faster.body) surface.is.velocity += faster.by;
+                if (const auto& [part, flow] = surface.goes_on; part != 1)
+                    surface.is.velocity +=
+                        surface.is.normal * ((part - 1) * dot(surface.is.velocity, surface.is.normal) + flow);
             }
             node.add(surface);
         }
@@ -446,6 +463,12 @@ bool let_bodies_act(int threads, const Ranks& ranks, SparseGrid<S, D>& grid, Gap
         body.check();
         bodies.push_back(moving(body, part, acceleration, dt));
     });
+    if (std::any_of(bodies.begin(), bodies.end(), [](const auto& one) { return one.layer.has_value(); })) {
+        if constexpr (!std::same_as<Ranks, OneRank>)
+            throw usage_error(
+                "A rigid body with in_flow looks at matter cells away, which other processes have; run in one process, "
+                "or without in_flow.");
+    }
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     const auto exact = lift<double>(here);
     find_places(here, threads, grid, mirrors, memory, sets);
