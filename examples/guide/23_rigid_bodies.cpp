@@ -33,8 +33,10 @@
 //! kept to rounding. Where an engine of yours owns the body and takes firn's forces a step later, only heavy bodies are
 //! stable; see below.
 //!
-//! In a fluid, a body drags along what lies within its layer, `thickness_in_cells` of 1.5: a disc with a radius of 12 cells
-//! accelerates as if the water around it had 1.6 times its added mass. With `thickness_in_cells = 0.5` it is 1.2 times.
+//! In a fluid, a body drags along what lies within its layer, `thickness_in_cells` of 1.5: a disc with a radius of 12
+//! cells accelerates as if the water around it had 1.6 times its added mass. Where `body.in_flow = true`, the fluid in
+//! the layer flows around the body; with `thickness_in_cells = 0.75` the added mass of this disc is then right within
+//! 2 %. That is for runs of one process, and for smooth bodies.
 #include <firn/firn.hpp>
 #include <firn/rigid_body.hpp>
 
