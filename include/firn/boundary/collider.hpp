@@ -256,8 +256,9 @@ struct Collider {
         } else {
             const Vec<S, D> normal = normal_of(shape, local);
             if constexpr (looks_at_matter<Seen> && !is_flat<Shape>)
-                tell(touched, told, normal,
-                     [&](const auto& matter, S& gap, Vec<S, D>& face) { look_at_matter(local, R, matter, gap, face); });
+                tell(touched, told, normal, [&](const auto& matter, S& gap, Vec<S, D>& face) {
+                    look_at_matter(local, distance, R, matter, gap, face);
+                });
             else
                 tell(touched, told, normal);
             if constexpr (may_have_corners<Shape>)
@@ -424,12 +425,13 @@ private:
     ///
     /// A convex solid with plane faces touches matter at the face from which the gap is widest: the planes of all
     /// others cut through the matter.
-    /// \param local    the node in the shape's coordinates [m];  \param R  turns the shape's axes to those of space
+    /// \param local    the node in the shape's coordinates [m];  \param distance  the shape's distance there [m]
+    /// \param R        turns the shape's axes to those of space
     /// \param nearest  nearest(n) returns how far matter lies from the node along n [m]
     /// \param gap      between face and matter [m];  \param normal  of the face, into free space
     template <class Nearest>
-    [[gnu::cold, gnu::noinline]] void look_at_matter(const Vec<S, D>& local, const Mat<S, D>& R, const Nearest& nearest,
-                                                     S& gap, Vec<S, D>& normal) const {
+    [[gnu::cold, gnu::noinline]] void look_at_matter(const Vec<S, D>& local, const S& distance, const Mat<S, D>& R,
+                                                     const Nearest& nearest, S& gap, Vec<S, D>& normal) const {
         const auto widest = [&](const S& from, const Vec<S, D>& outward) {
             const Vec<S, D> face = R * outward;
             const S there = from - S(thickness) + nearest(face);
@@ -441,6 +443,7 @@ private:
             shape.planes(local, widest);
             return;
         }
+        if constexpr (!is_smooth<Shape>) look_past_edge(local, distance, R, nearest, gap, normal);
         constexpr double clear_overlap = 0.1;  // [cells]; matter that rests on a surface overlaps by less
         if (!(gap < S(-clear_overlap) * S(cell_size))) return;
         const S middle = S(0.5) * (nearest(normal) - nearest(-normal));
@@ -451,6 +454,63 @@ private:
         if (!(there > gap)) return;
         gap = there;
         normal = face;
+    }
+
+    /// Replaces the face next to a node by another one that meets it in an edge, if that one keeps solid and matter
+    /// apart. The arguments are those of look_at_matter().
+    ///
+    /// Beside an edge, a node may be nearer to another face than to the one that matter touches, or to the edge. But a
+    /// plane that has the solid behind it and matter in front shows a gap that is at most the true one, so the right
+    /// one is that from which the gap is widest. The shape tells such planes next to its other faces: at points one
+    /// cell below the face next to the node and two cells to each side. If the solid ends there, it has an edge.
+    ///
+    /// Where the node is farther from such a plane than from the solid, the solid reaches beyond the plane, as in a
+    /// concave corner; the plane is left out. Where matter wraps around the edge, no plane keeps them apart, and the
+    /// face next to the node stays.
+    template <class Nearest>
+    void look_past_edge(const Vec<S, D>& local, const S& distance, const Mat<S, D>& R, const Nearest& nearest, S& gap,
+                        Vec<S, D>& normal) const {
+        constexpr double below = 1, beside = 2, rise = 0.3, tolerance = 0.1, most_overlap = 0.25;  // [cells]
+        constexpr double flat = 0.01;  // [cells]; points below one plane face differ in their distance by less
+        constexpr int count = 2 * (D - 1);
+        const S cell = S(cell_size);
+        const Vec<S, D> face = transpose(R) * normal, middle = face * (-distance - below * cell);
+        Vec<S, D> ways[count];
+        S heights[count], highest = -below * cell;
+        int found = 0;
+        for_tangents(face, [&](const Vec<S, D>& t) {
+            for (const double side : {-beside, beside}) {
+                ways[found] = middle + t * (side * cell);
+                heights[found] = shape.signed_distance(local + ways[found]);
+                highest = std::max(highest, heights[found++]);
+            }
+        });
+        if (!(highest > (rise - below) * cell)) return;
+        for (int k = 0; k < count; ++k) {
+            if (std::abs(heights[k] + below * cell) < flat * cell) continue;
+            const Vec<S, D> other = normal_of(shape, local + ways[k]);
+            const S of_node = heights[k] - dot(other, ways[k]);
+            if (of_node > distance + tolerance * cell) continue;
+            const Vec<S, D> outward = R * other;
+            const S there = of_node - thickness + nearest(outward);
+            if (!(there > gap && there > -most_overlap * cell)) continue;
+            gap = there;
+            normal = outward;
+        }
+    }
+    /// Calls f(t) for unit vectors t that are at right angles to n and to each other.
+    template <class F>
+    static void for_tangents(const Vec<S, D>& n, const F& f) {
+        if constexpr (D == 2) {
+            f(Vec<S, D>{-n[1], n[0]});
+        } else {
+            Vec<S, D> axis = Vec<S, D>::zero();
+            const S x = std::abs(n[0]), y = std::abs(n[1]), z = std::abs(n[2]);
+            axis[x <= y && x <= z ? 0 : y <= z ? 1 : 2] = 1;
+            const Vec<S, D> first = direction_or_up(cross(n, axis));
+            f(first);
+            f(cross(n, first));
+        }
     }
 
     /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is
