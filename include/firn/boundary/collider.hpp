@@ -461,8 +461,8 @@ private:
     ///
     /// Beside an edge, a node may be nearer to another face than to the one that matter touches, or to the edge. But a
     /// plane that has the solid behind it and matter in front shows a gap that is at most the true one, so the right
-    /// one is that from which the gap is widest. The shape tells such planes next to its other faces: at points one
-    /// cell below the face next to the node and two cells to each side. If the solid ends there, it has an edge.
+    /// one is that from which the gap is widest. The shape tells such planes next to its other faces: at points 0.6
+    /// cells below the face next to the node and two cells to each side. If the solid ends there, it has an edge.
     ///
     /// Where the node is farther from such a plane than from the solid, the solid reaches beyond the plane, as in a
     /// concave corner; the plane is left out. Where matter wraps around the edge, no plane keeps them apart, and the
@@ -470,7 +470,7 @@ private:
     template <class Nearest>
     void look_past_edge(const Vec<S, D>& local, const S& distance, const Mat<S, D>& R, const Nearest& nearest, S& gap,
                         Vec<S, D>& normal) const {
-        constexpr double below = 1, beside = 2, rise = 0.3, tolerance = 0.1, most_overlap = 0.25;  // [cells]
+        constexpr double below = 0.6, beside = 2, rise = 0.3, tolerance = 0.1, most_overlap = 0.25;  // [cells]
         constexpr double flat = 0.01;  // [cells]; points below one plane face differ in their distance by less
         constexpr int count = 2 * (D - 1);
         const S cell = S(cell_size);

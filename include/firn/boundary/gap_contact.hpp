@@ -41,7 +41,9 @@ inline constexpr bool never = false;
 /// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
 ///
 /// At the edges of a box, the face acts from which the gap is widest, as no plane of another face separates matter and
-/// box: what slides past an edge does not catch at it. At edges of other shapes it does, within a cell.
+/// box: what slides past an edge does not catch at it. Nor does it at edges of meshes and other shapes, where another
+/// face acts if it keeps solid and matter apart, with an overlap of at most 0.25 cells. At the end of a plate that is
+/// thinner than three cells it does catch. A grid of distances rounds its edges off within a spacing.
 ///
 /// A solid may be thin: nodes behind it, which are nearer to its other face, act by the face that matter touches. A
 /// plate, capsule, ball or mesh of 0.4 cells or more pulls at matter that leaves it with less than 1 % of the force
