@@ -3,8 +3,10 @@
 #include "support/catch.hpp"
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/distance_grid.hpp>
+#include <firn/data/sampled_distance.hpp>
 #include <firn/firn.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -86,5 +88,33 @@ TEST_CASE("water rests in a notch of half-spaces, of a shape of one's own, and o
         CHECK(of(planes) < -0.4);
         CHECK(of(own) < -0.4);
         CHECK(of(sampled) < -0.4);
+    }
+}
+
+TEST_CASE("by the gap, water does not enter a step of a grid of distances, which has a concave corner and an edge") {
+    const Box<double, 2> floor{{0.45, 0.1}};
+    for (const double cells : {1.0, 2.0}) {
+        const Box<double, 2> step{{0.2, 0.1 + cells * h / 2}};
+        const auto distance = [&](const V& x) {
+            return std::min(floor.signed_distance(x - V{0.5, 0.1}),
+                            step.signed_distance(x - V{0.25, 0.1 + cells * h / 2}));
+        };
+        const Collider<DistanceGrid<double, 2>> solid{
+            .shape = {sampled_distance<2>(distance, {.lower = {-0.1, -0.1}, .upper = {1.1, 1.1}, .spacing = h / 2})}};
+        const auto walls = Walls<double, 2>::all({0, 0}, {1, 1}, {Contact::separate, 0.0});
+        Simulation run(Domain<2>{{0, 0}, {1, 1}, h}, Fluid<double>::from_properties({.bulk = 1e5}),
+                       GapContact{Together(walls, solid)}, Coloured{1});
+        run.warn = {};
+        run.add(sample_box<2>({0.45, 0.2}, {0.9, 0.35}, {.spacing = h / 2}), 1000);
+        double deepest = 0;
+        while (run.time() < 0.5) {
+            run.advance(0.025);
+            for (std::size_t slot = 0; slot < run.particles().slots(); ++slot)
+                if (run.particles().is_particle(slot))
+                    deepest = std::max(deepest, -distance(run.particles().exact_position(slot)));
+        }
+        CAPTURE(cells, deepest / h);
+        // Where faces counted behind which the solid does not lie, this was 0.8.
+        CHECK(deepest < (cells == 1 ? 0.15 : 0.35) * h);
     }
 }
