@@ -283,6 +283,36 @@ TEST_CASE("The velocities of bodies that press sand against walls are found in e
     }
 }
 
+TEST_CASE("Bodies that slide through sand do not push it into walls") {
+    constexpr double width = 0.5, h = width / 12;
+    using Solid = RigidBody<Collider<Box<float, 3>>>;
+    const auto brick = [&](const Vec<double, 3>& at, const Vec<double, 3>& velocity, Angle turn) {
+        Collider<Box<float, 3>> solid{.shape = {{0.1F, 0.06F, 0.08F}}, .friction = 0.5};
+        solid.position = at, solid.linear_velocity = velocity;
+        solid.rotation = rotor(Vec<double, 3>{0.6, 0, 0.8}, turn);
+        return Solid{solid, 800.0};
+    };
+    const auto walls = Walls<float, 3>::all({}, Vec<float, 3>::filled(float(width)), {Contact::separate, 0.5});
+    // Around the walls the domain has room, so that sand in them would be seen.
+    SimulationWith<3, Sand<float>, Around<float, 3, Solid, Solid>> run(
+        {Vec<double, 3>::filled(-h), Vec<double, 3>::filled(width + h), h},
+        Sand<float>::from_properties({.young = 2e5F}), Coloured{2},
+        {Together(walls, brick({0.14, 0.36, 0.2}, {-1, -3, 0.3}, radians(0.7)),
+                  brick({0.36, 0.36, 0.12}, {0.1, -3, -1}, radians(-0.5)))});
+    run.gravity = {0, -9.81, 0};
+    run.warn = {};  // of that room
+    run.add(sample_box<3>({}, {width, width / 2, width}, {.spacing = h / 2}), 1600);
+    double deepest = 0;
+    for (int step = 0; step < 1000; ++step) run.step();
+    const auto& particles = run.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        for (int a = 0; particles.is_particle(slot) && a < 3; ++a) {
+            const double x = particles.exact_position(slot)[a];
+            deepest = std::max({deepest, -x, x - width});
+        }
+    CHECK(deepest <= 1e-3 * h);
+}
+
 TEST_CASE("A rigid body refuses an acceleration that depends on the place") {
     auto run = floating<double, 2>(1, Contact::none, ball<double, 2>(0.1, 500, 0.0, {0.4, 1.6}, {}));
     test_support::check_refused<usage_error>([&] { run.step([]<class P>(const Vec<P, 2>& x) { return x * P(-1); }); },

@@ -7,9 +7,9 @@
 /// Here each surface acts as if alone on the velocity that the others leave, again and again (projected Gauss–Seidel:
 /// Jourdan, Alart and Jean 1998, "A Gauss–Seidel like algorithm to solve frictional contact problems"). The number of
 /// turns is fixed, so that what each surface does follows all velocities without a jump. Surfaces at right angles need
-/// one turn without friction. Of others the last one of the boundary has its way in the last turn, and those before it
-/// are missed by a little; the gap of the next step makes up for it. More turns make what surfaces do steeper: Newton's
-/// method then takes longer, and matter enters bodies hardly less.
+/// one turn without friction. Of others the one that was added last has its way, and those before it are missed by a
+/// little; the gap of the next step makes up for it. More turns make what surfaces do steeper: Newton's method then
+/// takes longer, and matter enters bodies hardly less.
 #pragma once
 
 #include <firn/boundary/at_once.hpp>
@@ -38,6 +38,7 @@ public:
     /// \param reach  gap up to which `slip` and `stick` hold matter [m];  \param dt  [s]
     NodeInTurn(const V& v, double reach, double dt) : before_(v), reach_(reach), dt_(dt) {}
 
+    /// Adds a surface. That which is added last acts last.
     void add(const SurfaceByGap<D>& surface) { surfaces_.push_back(surface), changes_.push_back(V::zero()); }
     std::size_t size() const { return surfaces_.size(); }
     /// Returns what surface k changes the velocity of the node by [m/s]. Call velocity() first.

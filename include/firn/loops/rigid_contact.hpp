@@ -153,15 +153,16 @@ public:
             velocity_by_gap<Boundary, D>(boundary, one.x, one.v, NoteGaps<D, decltype(nearest)>{act, block.surfaces},
                                          AnySurface{});
             one.surfaces = std::uint32_t(block.surfaces.size()) - one.first;
-            for (std::uint32_t k = one.first; k < block.surfaces.size(); ++k) {
-                NotedSurface<D>& surface = block.surfaces[k];
-                const std::size_t b = body_of(surface.part);
-                if (b == none) continue;
-                one.has_body = true;
-                if (bodies_[b].layer)
-                    surface.goes_on = FlowAtBody<S, D>(grid_).at(place.block, one.x, surface.is.distance,
-                                                                 surface.is.normal, h * *bodies_[b].layer);
-            }
+            // Walls and solids with given motions come last, and have the last word: matter must not enter them.
+            const auto first = block.surfaces.begin() + one.first;
+            auto others = first;
+            for (auto surface = first; surface != block.surfaces.end(); ++surface)
+                if (body_of(surface->part) != none) std::rotate(others++, surface, surface + 1);
+            one.has_body = others != first;
+            for (auto surface = first; surface != others; ++surface)
+                if (const auto& layer = bodies_[body_of(surface->part)].layer)
+                    surface->goes_on = FlowAtBody<S, D>(grid_).at(place.block, one.x, surface->is.distance,
+                                                                  surface->is.normal, h * *layer);
             if (one.surfaces > 0) block.nodes.push_back(one);
         }
     }
