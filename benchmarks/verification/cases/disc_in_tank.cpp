@@ -4,9 +4,9 @@
 #include "case.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -18,11 +18,9 @@ namespace {
 using Point = Vec<double, 2>;
 using S = float;
 using Disc = RigidBody<Collider<Sphere<S, 2>>>;
-template <class Transfer>
-using Tank = SimulationWith<2, Fluid<S>, VolumeFilter, Transfer, GapContact<Together<Walls<S, 2>, Disc>>>;
+using Tank = SimulationWith<2, Fluid<S>, VolumeFilter, Aflip<S>, GapContact<Together<Walls<S, 2>, Disc>>>;
 
 constexpr double density = 1000, g = 9.81, R = 0.12, width = 16 * R, sound = 100;
-constexpr double pi = 3.14159265358979323846;
 
 /// Added mass of a disc in the middle of the tank, over the mass of the water that it displaces, in potential flow.
 /// Walls and the free surface are images of its dipole; those of higher order are below 1e-3.
@@ -46,8 +44,7 @@ struct Options {
     bool flow = false;   ///< RigidBody::in_flow
 };
 
-template <class Transfer>
-Tank<Transfer> filled(const Options& of, bool held) {
+Tank filled(const Options& of, bool held) {
     const double h = R / of.cells;
     const Domain<2> domain{{0, 0}, {width, width + 8 * h}, h};
     auto walls = Walls<S, 2>::all(cast<S>(domain.lower), cast<S>(domain.upper), {Contact::slip, 0});
@@ -57,8 +54,8 @@ Tank<Transfer> filled(const Options& of, bool held) {
     Disc body(disc, of.ratio * density);
     body.in_flow = of.flow;
     if (held) body.drive.keep(0, 0).keep(1, 0).keep(2, 0);
-    Tank<Transfer> tank(domain, Fluid<S>::from_properties({.bulk = density * sound * sound}), Coloured{},
-                        GapContact{Together(walls, body)});
+    Tank tank(domain, Fluid<S>::from_properties({.bulk = density * sound * sound}), Coloured{},
+              GapContact{Together(walls, body)});
     tank.warn = {};
     auto water = sample_box<2>({0, 0}, {width, width}, {.spacing = h / 2});
     std::erase_if(water.positions, [&](const Point& x) { return norm(x - disc.position) < R; });
@@ -70,10 +67,7 @@ Tank<Transfer> filled(const Options& of, bool held) {
     });
     return tank;
 }
-template <class Run>
-auto& disc_of(Run& run) {
-    return std::get<1>(run.boundary.boundary.parts);
-}
+Disc& disc_of(Tank& tank) { return std::get<1>(tank.boundary.boundary.parts); }
 
 struct Release {
     Curve speed;          ///< over that of potential flow, over the way [R]
@@ -81,9 +75,8 @@ struct Release {
     double inside;        ///< how far water enters the disc, at the end [cells]
 };
 /// Lets the disc go, in water at rest.
-template <class Transfer = Aflip<S>>
 Release release(const Options& of, const std::string& label) {
-    auto tank = filled<Transfer>(of, false);
+    auto tank = filled(of, false);
     const auto& disc = disc_of(tank);
     const double start = disc.collider.position[1], expected = g * (1 - of.ratio) / (1 + of.ratio);
     const auto way = [&] { return std::abs(disc.collider.position[1] - start) / R; };
@@ -107,7 +100,7 @@ Release release(const Options& of, const std::string& label) {
 /// The force on a disc that is held in water at rest, over the weight of the water that it displaces; the mean from
 /// 0.04 s to 0.12 s, 8 times what sound takes from the disc to the floor.
 double held(const Options& of) {
-    auto tank = filled<Aflip<S>>(of, true);
+    auto tank = filled(of, true);
     tank.reactions.emplace();
     double force = 0, time = 0;
     while (tank.time() < 0.12) {
@@ -116,7 +109,7 @@ double held(const Options& of) {
         force -= tank.reactions->parts[1].impulse[1];
         time += tank.last_time_step();
     }
-    return force / (time * density * g * pi * R * R);
+    return force / (time * density * g * std::numbers::pi * R * R);
 }
 
 struct Split {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -18,7 +17,6 @@ using Block = RigidBody<Collider<Box<double, 2>>>;
 using Slab = SimulationWith<2, FixedCorotated<double>, GapContact<Together<Walls<double, 2>, Block>>>;
 
 constexpr double g = 9.81, top = 0.15, half_width = 0.2, half_height = 0.05, density = 1000;  // [m/s²], [m], [kg/m³]
-constexpr double pi = std::numbers::pi;
 
 struct Scene {
     double friction;
@@ -27,11 +25,16 @@ struct Scene {
     double of_block = density;  ///< [kg/m³]
 };
 
-double radians(double degrees) { return degrees * pi / 180; }
-Vec<double, 2> gravity_at(double slope) { return {g * std::sin(radians(slope)), -g * std::cos(radians(slope))}; }
+Vec<double, 2> gravity_at(double slope) {
+    const double theta = degrees(slope).in_radians();
+    return {g * std::sin(theta), -g * std::cos(theta)};
+}
+/// The angle of friction [degrees].
+double angle_of(double friction) { return radians(std::atan(friction)).in_degrees(); }
 /// Acceleration of a rigid block on a rigid incline.
 double of_coulomb(const Scene& scene, double slope) {
-    return g * (std::sin(radians(slope)) - scene.friction * std::cos(radians(slope)));
+    const double theta = degrees(slope).in_radians();
+    return g * (std::sin(theta) - scene.friction * std::cos(theta));
 }
 
 /// The block rests on the slab, at this slope [degrees]. \param held  while its weight grows; then it is let go
@@ -87,7 +90,7 @@ Slide slide(const Scene& scene, double slope, const std::string& label) {
 
 /// The slope [degrees] at which the block moves with 1 mm/s, where the slope grows by 2 degrees a second.
 double begins(const Scene& scene) {
-    const double from = std::atan(scene.friction) * 180 / pi - 1.5, rate = 2;
+    const double from = angle_of(scene.friction) - 1.5, rate = 2;
     OnSlab on(scene, from, false);
     auto& simulation = on.simulation;
     const double start = simulation.time();
@@ -118,7 +121,7 @@ int main(int argc, char** argv) {
         for (const double friction : frictions)
             report.at_most(formatted("slope at which it begins to slide less tan⁻¹ μ, μ = %.1f, ", friction) +
                                of_modulus(young) + " [°]",
-                           begins({friction, young}) - std::atan(friction) * 180 / pi, 0.5, "Coulomb; our aim: 0.5°");
+                           begins({friction, young}) - angle_of(friction), 0.5, "Coulomb; our aim: 0.5°");
     struct At {
         double slope, friction;
     };

@@ -23,6 +23,11 @@ constexpr const char* name_of(Contact contact) {
 
 /// Whether surfaces that have touched part no more.
 constexpr bool holds(Contact contact) { return contact == Contact::slip || contact == Contact::stick; }
+/// Whether a surface holds matter that is a gap away, up to the gap `reach` [the same unit].
+template <std::floating_point S>
+constexpr bool holds(Contact contact, const S& gap, const S& reach) {
+    return holds(contact) && gap <= reach;
+}
 
 /// Returns the speed at which matter may approach a surface in a step [m/s].
 /// \param gap  distance of the matter from the surface [m]; negative if they overlap;  \param dt  time step [s]
@@ -71,7 +76,7 @@ FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>
 template <std::floating_point S, int D>
 Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact, const S& friction,
                                  const S& gap, const S& reach, const S& dt) {
-    if (holds(contact) && gap <= reach) return velocity_after_contact(v, normal, contact, friction);
+    if (holds(contact, gap, reach)) return velocity_after_contact(v, normal, contact, friction);
     const S open = closing_speed(gap, dt);
     if (contact == Contact::none || dot(v, normal) + open >= S(0)) return v;
     const Vec<S, D> closing = normal * open;

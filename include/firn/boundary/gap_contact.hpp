@@ -190,7 +190,7 @@ struct ActByGap {
                 double gap) const {
         if (!(gap < none)) return;
         const Vec<double, D> after = alone(v, gap, surface.normal, surface.velocity, surface.contact, surface.friction);
-        const bool held = holds(surface.contact) && gap <= boundary_reach * cell_size;
+        const bool held = holds(surface.contact, gap, boundary_reach * cell_size);
         if (!held) surface.contact = Contact::separate;
         node.add(part, surface, after, held ? 0 : closing_speed(gap, dt));
     }

@@ -69,7 +69,7 @@ private:
         ShortList<Demand<double>, 8> demands;
         for (std::size_t k = 0; k < size(); ++k) {
             const ActingSurface<double, D>& one = surfaces_[k].is;
-            const bool held = holds(one.contact) && surfaces_[k].gap <= reach_;
+            const bool held = holds(one.contact, surfaces_[k].gap, reach_);
             const Vec<double, 3> n = in_space(one.normal);
             const double bound = dot(one.velocity, one.normal) - (held ? 0 : closing_speed(surfaces_[k].gap, dt_));
             demands.push_back({true, n, bound, n, 0, 0, false, k});

@@ -3,8 +3,9 @@
 
 #include <firn/data/block_partition.hpp>
 #include <firn/data/sparse_grid.hpp>
+#include <firn/kernel/quadratic_b_spline.hpp>
 
-#include <cmath>
+#include <array>
 #include <limits>
 #include <optional>
 
@@ -58,51 +59,30 @@ private:
     /// Returns the velocity of matter at x [m/s], by the quadratic spline, if nodes around it have matter.
     std::optional<Vec<double, D>> velocity(std::size_t b, const Vec<double, D>& x) const {
         const Vec<double, D> from = (x - node_position(grid_, b, 0)) * (1 / grid_.domain().cell_size);
-        const BlockCoordinate<D> block = grid_.block(b);
-        int first[std::size_t(D)];
-        double weights[std::size_t(D)][3];
-        for (int a = 0; a < D; ++a) {
-            first[a] = int(std::floor(from[a] - 0.5));
-            const double off = from[a] - first[a] - 1;  // from the middle node, in [−½, ½)
-            weights[a][0] = 0.5 * (0.5 - off) * (0.5 - off);
-            weights[a][1] = 0.75 - off * off;
-            weights[a][2] = 0.5 * (0.5 + off) * (0.5 + off);
+        std::array<int, std::size_t(D)> base{};
+        std::array<std::array<double, 3>, std::size_t(D)> weights{};
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            const double first = base_node<QuadraticBSpline>(from[int(a)]);
+            weights[a] = QuadraticBSpline::weights(from[int(a)] - first);
+            base[a] = grid_.block(b)[a] * block_size + int(first);
         }
         constexpr int count = D == 2 ? 9 : 27;
         auto sum = Vec<double, D>::zero();
         double total = 0;
         for (int k = 0; k < count; ++k) {
-            BlockCoordinate<D> of = block;
-            int node = 0;
+            auto node = base;
             double weight = 1;
-            for (int a = 0, rest = k; a < D; ++a, rest /= 3) {
-                const int along = first[a] + rest % 3;
-                of[std::size_t(a)] += (along - modulo(along, block_size)) / block_size;
-                node = node * block_size + modulo(along, block_size);
+            for (std::size_t a = 0, rest = std::size_t(k); a < std::size_t(D); ++a, rest /= 3) {
+                node[a] += int(rest % 3);
                 weight *= weights[a][rest % 3];
             }
-            const std::size_t at = find(of);
-            if (at == grid_.block_count()) continue;
-            const S* const numbers = grid_.nodes(at) + node * node_width;
-            if (!(numbers[node_mass] >= std::numeric_limits<S>::min())) continue;
+            const S* const numbers = grid_.find_node(node);
+            if (!numbers || !(numbers[node_mass] >= std::numeric_limits<S>::min())) continue;
             total += weight;
             for (int a = 0; a < D; ++a) sum[a] += weight * double(numbers[a]);
         }
         if (!(total >= least_weight)) return {};
         return sum * (1 / total);
-    }
-    /// Returns the index of a block, or the number of blocks.
-    std::size_t find(const BlockCoordinate<D>& block) const {
-        const std::uint64_t key = block_key<D>(block);
-        std::size_t from = 0, to = grid_.block_count();
-        while (from < to) {
-            const std::size_t middle = from + (to - from) / 2;
-            if (block_key<D>(grid_.block(middle)) < key)
-                from = middle + 1;
-            else
-                to = middle;
-        }
-        return from < grid_.block_count() && grid_.block(from) == block ? from : grid_.block_count();
     }
 
     const SparseGrid<S, D>& grid_;

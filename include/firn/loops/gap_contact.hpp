@@ -155,7 +155,7 @@ void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory
         const double gap = Separator<Kernel, D>::depth(at_node, normal);  // [cells]
         if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
         closing[c] =
-            holds(plane.contact) && gap <= boundary_reach ? S(held_by_wall) : S(closing_speed(gap * cell_size, dt));
+            holds(plane.contact, gap, boundary_reach) ? S(held_by_wall) : S(closing_speed(gap * cell_size, dt));
     }
 }
 

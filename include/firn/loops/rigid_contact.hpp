@@ -35,11 +35,11 @@ namespace detail {
 /// A node that surfaces may act on.
 template <int D>
 struct NodeByGap {
-    Vec<double, D> x, v;            ///< position [m] and velocity before contact [m/s]
-    double mass;                    ///< [kg]
-    int node;                       ///< index in its block
-    std::uint32_t first, surfaces;  ///< its surfaces in the list of its block
-    bool has_body;                  ///< whether one of them is a body's
+    Vec<double, D> x{}, v{};                ///< position [m] and velocity before contact [m/s]
+    double mass = 0;                        ///< [kg]
+    int node = 0;                           ///< index in its block
+    std::uint32_t first = 0, surfaces = 0;  ///< its surfaces in the list of its block
+    bool has_body = false;                  ///< whether one of them is a body's
 };
 /// A surface near a node, and how its velocity along its normal goes on to the node. \see RigidBody::in_flow
 template <int D>
@@ -138,13 +138,10 @@ public:
             const AroundNode<Kernel, D> at_node(around, node);
             if (at_node.size() == 0) continue;
             const S* const values = grid_.nodes(place.block) + node * node_width;
-            NodeByGap<D> one{node_position(grid_, place.block, node),
-                             {},
-                             double(values[node_mass]),
-                             node,
-                             std::uint32_t(block.surfaces.size()),
-                             0,
-                             false};
+            NodeByGap<D> one{.x = node_position(grid_, place.block, node),
+                             .mass = double(values[node_mass]),
+                             .node = node,
+                             .first = std::uint32_t(block.surfaces.size())};
             for (int a = 0; a < D; ++a) one.v[a] = double(values[a]);
             const auto nearest = [&](const Vec<double, D>& normal) {
                 return h * Separator<Kernel, D>::depth(at_node, normal);
@@ -169,8 +166,7 @@ public:
 
     /// Finds the velocities of the bodies. \return whether all residuals became small
     bool solve() {
-        find_touched();
-        moves_.assign(bodies_.size(), true);
+        prepare();
         evaluate(true);
         std::vector<Trial> trials(bodies_.size());
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -360,8 +356,8 @@ private:
         return slope;
     }
 
-    /// Finds the bodies that have matter near them, on any rank: those for which sums are needed.
-    void find_touched() {
+    /// Finds the bodies that have matter near them, on any rank: those for which sums are needed. Lets all move.
+    void prepare() {
         std::vector<ExactSum> counts(bodies_.size());
         for (BlockByGap<D>& block : blocks_) {
             for (const SurfaceByGap<D>& surface : block.surfaces)
@@ -373,7 +369,7 @@ private:
         ranks_.merge(counts);
         is_touched_.resize(bodies_.size());
         for (std::size_t b = 0; b < bodies_.size(); ++b) is_touched_[b] = counts[b].value() > 0;
-        needs_slope_.resize(bodies_.size());
+        moves_.assign(bodies_.size(), true), needs_slope_.resize(bodies_.size());
         pushes_.resize(blocks_.size()), push_slopes_.resize(blocks_.size());
         residuals_.resize(bodies_.size()), slopes_.resize(bodies_.size());
         squares_.assign(bodies_.size(), 0), scales_.assign(bodies_.size(), 0);
